@@ -71,6 +71,10 @@ class ManoeuvreNoise:
         """Remove the robots that are not kept (n,)."""
         self.strength, self._sums = self.strength[kept], self._sums[:, kept]
 
+    def forget(self) -> None:
+        """Forget what was seen of the robots."""
+        self.strength, self._sums = np.ones_like(self.strength), np.zeros_like(self._sums)
+
     def inherit(self, old: int, new: int) -> None:
         """Let robot `new` continue the statistics of `old`."""
         self.strength[new] = self.strength[old]

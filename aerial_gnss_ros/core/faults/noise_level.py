@@ -11,16 +11,22 @@ innovations, but similar ones for several images. Second differences e1 - 2 e2 +
 consecutive innovations cancel what is constant or linear in time; for white noise they have the
 covariance S1 + 4 S2 + S3. The median of their normalised squares is robust against single images in
 which a fault begins or a box is misassociated.
+
+Until there is a robot, new tracks tell it: with gates too small for the noise none would be
+confirmed. What boxes told before the level was found counted too much, which is made good once, as
+long as all images so far are among those that the level is estimated from (`underestimated`).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import betaincinv
 
 from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, Rows
 
@@ -33,13 +39,14 @@ class NoiseLevelTuning:
 
     level_images: int = 100
     """Images over which the level is estimated. Judged."""
-    least_images: int = 20
-    """Least number of images; with fewer its own sigma exceeds 0.45."""
+    least_images: int = 4
+    """Least number of images. With fewer only a level above 12 is sure."""
     every_images: int = 5
-    """Images between estimates. Judged."""
-    level_sure_sigmas: float = 3.5
-    """Sigmas above 1 from which the level is applied, so that correct noise is unaffected: one in
-    4,000 by a Gaussian."""
+    """Images between estimates, once there are four times as many. Judged."""
+    counts_anew: float = 1.5
+    """Factor of the level above what images were counted by from which they count anew. Judged."""
+    by_chance: float = 1.0 / 4000.0
+    """Share of estimates in which correct noise looks larger, and the level is applied."""
     largest_level: float = 100.0
     """Upper bound of the level: ten times the stated standard deviations. Judged."""
     uneven_intervals: float = 1.5
@@ -52,10 +59,9 @@ TUNING = NoiseLevelTuning()
 _MEDIAN = math.log(2.0)
 """Median of half the squared length of a planar Gaussian, whose mean is 1."""
 
-_SPREAD = math.sqrt(1.94) / _MEDIAN
-"""Relative sigma of the median of one value per image. That of n independent ones is 1 / (ln 2
-sqrt(n)); the squares of overlapping second differences are correlated by 4/9 and 1/36, so that n of
-them count as n / 1.94. Robots of one image share the pose's noise and count as one."""
+_CORRELATED = 1.0 + 2.0 * (4.0 / 9.0 + 1.0 / 36.0)
+"""So many squares of overlapping second differences count as one: they are correlated by 4/9 and
+1/36. Robots of one image share the pose's noise and count as one."""
 
 
 Innovations = tuple[float, ...]
@@ -71,6 +77,8 @@ class NoiseLevel:
     Attributes:
         level: factor by which the variances of white noise exceed the stated ones; 1 if they may be
             as stated.
+        underestimated: by what factor it was too small for all images so far, above 1 only where
+            these are no more than the level is estimated from.
     """
 
     def __init__(self) -> None:
@@ -78,7 +86,8 @@ class NoiseLevel:
 
     def reset(self) -> None:
         """Forget everything."""
-        self.level = 1.0
+        self.level = self.underestimated = self._counted = 1.0
+        self._all = True
         # Values of all images in a row and their number in each: a snapshot shares them.
         self._values, self._sizes = b"", tuple[int, ...]()
         self._since = 0
@@ -98,19 +107,42 @@ class NoiseLevel:
             return
         new = ratios.tobytes()
         if len(self._sizes) == TUNING.level_images:
+            self._all = False
             self._values = self._values[self._sizes[0] :] + new
             self._sizes = (*self._sizes[1:], len(new))
         else:
             self._values, self._sizes = self._values + new, (*self._sizes, len(new))
         self._since += 1
-        if self._since >= TUNING.every_images and len(self._sizes) >= TUNING.least_images:
+        due = min(TUNING.every_images, len(self._sizes) // 4)
+        if self._since >= due and len(self._sizes) >= TUNING.least_images:
             self._since = 0
             self._estimate()
 
     def _estimate(self) -> None:
         level = _median(np.frombuffer(self._values)) / _MEDIAN
-        sure = level > 1.0 + TUNING.level_sure_sigmas * _SPREAD / math.sqrt(len(self._sizes))
+        sure = level > _sure_level(len(self._sizes))
         self.level = min(level, TUNING.largest_level) if sure else 1.0
+        if self._all and self.level > TUNING.counts_anew * self._counted:
+            self.underestimated = self.level / self._counted
+
+    def take_underestimated(self) -> float:
+        """Return `underestimated`, once."""
+        factor, self.underestimated = self.underestimated, 1.0
+        self._counted *= factor
+        return factor
+
+
+@cache
+def _sure_level(images: int) -> float:
+    """Return the level that correct noise exceeds once in `1 / TUNING.by_chance` estimates.
+
+    The median of n independent values of an exponential distribution of mean 1 exceeds x if at
+    least half of them do: binomial, each with probability exp(-x).
+    """
+    half = 0.5 * (images / _CORRELATED + 1.0)
+    # The binomial's tail as an incomplete beta function, whose arguments need not be integers.
+    each = float(betaincinv(half, half, TUNING.by_chance))
+    return -math.log(each) / _MEDIAN
 
 
 def _median(values: Array) -> float:

@@ -272,6 +272,7 @@ class JointFilter(CameraFaults):
         """
         if not len(rows) or self._sight is None:
             return _NO_ROWS
+        self._discount(self.noise.take_underestimated())
         refused = [_NO_ROWS]
         column_of = np.empty(self._count, np.intp)
         column_of.fill(-1)
@@ -325,6 +326,21 @@ class JointFilter(CameraFaults):
         if len(gone) or self._refusing:
             self._report_refused(len(gone))
         return gone
+
+    def _discount(self, factor: float) -> None:
+        """Let what boxes have told so far count less; the laws beside begin anew.
+
+        Args:
+            factor: of the variance of their noise, at least 1.
+        """
+        if factor <= 1.0:
+            return
+        if self.moored is not None:
+            self.moored.reset()
+        for group in self._groups:
+            relinearize(group, self._seen_from())
+            group.discount(factor, self._stationary, group.motion(self.motion).speed_sigma)
+            group.manoeuvre_noise.forget()
 
     def _in_view(self, group: JointState, slots: Indices) -> RobotsInView:
         unknown = group.covariance.diagonal()[COUNT:].reshape(-1, 4)[slots, 2:].sum(axis=1)

@@ -4,11 +4,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import binom, chi2
 
-from aerial_gnss_ros.core.faults.noise_level import NO_INNOVATIONS, NoiseLevel
+from aerial_gnss_ros.core.faults.noise_level import (
+    _CORRELATED,
+    NO_INNOVATIONS,
+    NoiseLevel,
+    _sure_level,
+)
 from aerial_gnss_ros.core.faults.noise_level import TUNING as NOISE_LEVEL
 
 STEP_NS = 100_000_000
@@ -82,11 +89,11 @@ def test_single_images_that_are_wrong_do_not_move_it():
 
 def test_needs_images_enough_at_even_intervals():
     noisy = white(NOISE_LEVEL.level_images, 3, 2.5)
-    assert fed(NoiseLevel(), noisy[: NOISE_LEVEL.least_images + 1]).level == 1.0
-    assert (
-        fed(NoiseLevel(), noisy[: NOISE_LEVEL.least_images + 2 + NOISE_LEVEL.every_images]).level
-        > 3.0
-    )
+    assert fed(NoiseLevel(), noisy[: NOISE_LEVEL.least_images + 3]).level == 1.0
+    assert fed(NoiseLevel(), noisy[:20]).level > 3.0
+    coarse = white(NOISE_LEVEL.level_images, 3, 10.0)
+    assert fed(NoiseLevel(), coarse[: NOISE_LEVEL.least_images + 1]).level == 1.0
+    assert fed(NoiseLevel(), coarse[: NOISE_LEVEL.least_images + 2]).level > 30.0
     assert fed(NoiseLevel(), noisy, uneven=True).level == 1.0
 
 
@@ -106,7 +113,24 @@ def test_the_sum_of_second_differences_is_normalised():
     values = np.frombuffer(found._values)
     share = np.mean(values < 2.5**2 * chi2.ppf(0.9, 2) / 2.0)
     assert share == pytest.approx(0.9, abs=0.06)
-    assert NOISE_LEVEL.level_sure_sigmas > 3.0
+
+
+@pytest.mark.parametrize("count", [3, 5, 11])
+def test_correct_noise_looks_larger_once_in_four_thousand_estimates(count):
+    """By the binomial distribution of how many of so many independent values are beyond."""
+    beyond = math.exp(-_sure_level(count * _CORRELATED) * math.log(2.0))
+    assert binom.sf((count - 1) // 2, count, beyond) == pytest.approx(NOISE_LEVEL.by_chance)
+
+
+def test_images_counted_too_much_are_told_once_while_the_level_knows_all_of_them():
+    level = fed(NoiseLevel(), white(NOISE_LEVEL.level_images, 3, 2.5))
+    first = level.take_underestimated()
+    assert first == pytest.approx(level.level, rel=0.5)
+    assert level.take_underestimated() == 1.0
+    late = fed(NoiseLevel(), white(NOISE_LEVEL.level_images + 3, 3, 1.0))
+    fed(late, white(NOISE_LEVEL.level_images, 3, 2.5))
+    assert late.level > 3.0
+    assert late.take_underestimated() == 1.0
 
 
 def test_second_differences_are_weighed_by_their_covariance():

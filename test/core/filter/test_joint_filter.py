@@ -13,6 +13,7 @@ import pytest
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.filter import blocks
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
+from aerial_gnss_ros.core.models.platform_model import ANGLES
 from aerial_gnss_ros.core.values.estimates import State
 
 RING = {
@@ -49,6 +50,26 @@ def test_an_orbit_tells_the_compass_from_the_robots(sea):
     sigmas = [math.sqrt(np.linalg.eigvalsh(e.covariance[:2, :2])[-1])
               for e in results[-1].estimates]  # fmt: skip
     assert 0.02 < max(sigmas) < 0.3
+
+
+def test_boxes_that_counted_too_much_are_made_good_once(sea):
+    """When noise proves nine times larger, all but the prior is a ninth as well known."""
+    world = sea.World(
+        robots={"a": lambda _t: (2.0, 21.0), "b": lambda _t: (-3.0, 18.0)}, pixel_sigma=1.0, **ORBIT
+    )  # fmt: skip
+    engine = sea.estimator(RTK | {"noise.robot_acceleration": 0.01})
+    sea.play(engine, world, 20.0, until_flush=False)
+    joint = engine._pipeline.tracking.table.filter
+    heading = ANGLES.stop - 1
+
+    def told() -> float:
+        return 1.0 / joint.platform[1][heading, heading] - 1.0 / joint.stationary[heading, heading]
+
+    before = told()
+    joint.noise.underestimated = 9.0
+    sea.play(engine, world, 0.1, begin=20.1, until_flush=False)
+    assert 3.0 < before / told() < 9.5  # the next boxes tell again
+    assert joint.noise.take_underestimated() == 1.0
 
 
 def test_groups_of_robots_lose_little(sea, monkeypatch):

@@ -120,6 +120,29 @@ def test_an_error_known_from_elsewhere_leaves_what_is_known_given_it():
             np.testing.assert_allclose(now, then, rtol=1e-9, atol=1e-9)
 
 
+def test_boxes_that_were_noisier_than_assumed_count_as_if_that_had_been_known():
+    """As a Kalman filter gives from the same prior and the same boxes of nine times the noise."""
+    prior = MODEL.stationary(None).copy()
+    prior[LATENCY, LATENCY] = 0.0
+
+    def after(factor: float) -> JointState:
+        joint = JointState(prior)
+        by_platform = linearise(sight(), np.zeros(7), PLACES).by_platform * 0.01
+        white = np.tile(factor * 0.04 * np.eye(2), (3, 1, 1))
+        joint.add(np.arange(3), PLACES, by_platform, white, 0.7)
+        H = np.random.default_rng(5).normal(size=(5, len(joint.mean)))
+        P = joint.covariance
+        gain = P @ H.T @ np.linalg.inv(H @ P @ H.T + factor * 0.3 * np.eye(5))
+        joint.mean = joint.mean + gain @ (np.arange(5.0) - H @ joint.mean)
+        joint.covariance = P - gain @ H @ P
+        return joint
+
+    found, right = after(1.0), after(9.0)
+    found.discount(9.0, prior, 0.7)
+    np.testing.assert_allclose(found.covariance, right.covariance, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found.mean, right.mean, rtol=1e-6, atol=1e-9)
+
+
 def test_what_is_forgotten_is_decided_by_the_next_image_alone():
     """As a robot that begins, in mean and covariance, whatever was known of it before."""
     joint, slots = crowd(), np.array([0, 1])
