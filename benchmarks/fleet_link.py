@@ -33,10 +33,11 @@ from aerial_gnss_ros.core.fleet.shore import Shore
 from aerial_gnss_ros.core.fleet.sighting import SightingTap
 from aerial_gnss_ros.core.tracker.protocol import Tracking
 from aerial_gnss_ros.core.tracker.tracker import Tracker
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
-from aerial_gnss_ros.simulation.feeding import feed
+from aerial_gnss_ros.simulation.feeding import AHEAD_S, feed_in_time
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.formation import Formation, together
 from aerial_gnss_ros.simulation.robots import SwimPlan
@@ -98,11 +99,14 @@ def flown(cell: Cell) -> tuple[dict[str, list[SentSighting]], EstimatorConfig, M
             return taps[0]
 
         estimator.wrap_tracking(tapped)
-        feed(estimator, one.sensors)
         estimator.add_camera(START_NS - 10**9, one.camera)
-        for _, _, boxes in one.detections():
+
+        def see(boxes: DetectionFrame, estimator: Estimator = estimator) -> None:
             estimator.add_detections(boxes)
-        estimator.advance(START_NS + 10**12)
+            estimator.advance(boxes.stamp_ns + round(AHEAD_S * SECOND_NS))
+
+        feed_in_time(estimator, one.sensors, (boxes for _, _, boxes in one.detections()), see)
+        estimator.flush()
         outbox = Outbox(name)
         sent[name] = [outbox.add(seen) for seen in taps[0].drain()]
     return sent, config, made["a"].flight.origin

@@ -364,7 +364,7 @@ def _estimator_topics() -> Iterator[list[str]]:
     yield ["out", f"`{OVERVIEW[0]}`", _type(OVERVIEW[1]), OUTPUTS[OVERVIEW[0]]]
     for topic, kind in (SIGHTINGS, PARAMETERS):
         yield ["out", f"`{topic}`", _type(kind), OUTPUTS[topic]]
-    meaning = "Sequence numbers of sightings that the fleet wants again: of the last 60 s, as JSON."
+    meaning = "Sequence numbers of sightings that the fleet wants again: of the last 64 s, as JSON."
     yield ["in", f"`{REQUEST[0]}`", _type(REQUEST[1]), meaning]
     for topic in (TF, TF_STATIC):
         yield ["out", f"`{topic}`", _type(TF_TYPE), OUTPUTS[topic]]

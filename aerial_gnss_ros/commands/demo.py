@@ -95,6 +95,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--robots", type=int, default=3, metavar="N", help="default 3")
     parser.add_argument(
+        "--drones", type=int, metavar="N",
+        help="several drones over the same robots, 2 to 4: each alone and all together, from "
+        "recordings (default: one drone, live)",
+    )  # fmt: skip
+    parser.add_argument(
         "--height",
         type=float,
         default=15.0,
@@ -111,11 +116,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, fly, compare and report."""
-    require_ros()
+    if args.drones is None:
+        require_ros()
+    elif not 2 <= args.drones <= 4:
+        raise ConfigError(f"--drones must lie within 2 to 4, not {args.drones}.")
     if not 5.0 <= args.duration <= 600.0:
         raise ConfigError(f"--duration must lie within 5 to 600 s, not {args.duration:g}.")
     if not 1 <= args.robots <= 20:
         raise ConfigError(f"--robots must lie within 1 to 20, not {args.robots}.")
+    if args.drones is not None:
+        from aerial_gnss_ros.commands.demo_drones import demo_drones
+
+        return demo_drones(args, numbered_folder(args.output))
     experiment = _experiment(args)
     folder = numbered_folder(args.output)
     say(SIMULATED)

@@ -28,7 +28,7 @@ AGAIN = 10
 class SightingTopics:
     """The topic `sightings` of one estimator, and those around it.
 
-    Images are numbered and kept for 60 s whether or not anybody subscribes, so that an outage that
+    Images are numbered and kept for 64 s whether or not anybody subscribes, so that an outage that
     ends a subscription loses nothing.
 
     Args:

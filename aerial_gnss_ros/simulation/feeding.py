@@ -4,15 +4,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Protocol
 
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.simulation.sensors import Sensors
 
 Sample = Fix | Orientation | Scalar
 
+AHEAD_S = 1.0
+"""By how much telemetry is ahead of the images in `feed_in_time`, s; more than a sample's gap."""
 EARTH_REFERENCED = (Input.FIX, Input.GIMBAL, Input.HEIGHT)
 """Inputs that the pose of an earth-referenced gimbal without a lever arm needs."""
 
@@ -75,3 +78,29 @@ def feed(
     """
     for source, sample in telemetry(sensors, inputs, true):
         deliver(receiver, source, sample)
+
+
+def feed_in_time(
+    receiver: Receiver,
+    sensors: Sensors,
+    images: Iterable[DetectionFrame],
+    each: Callable[[DetectionFrame], None],
+    inputs: tuple[Input, ...] = EARTH_REFERENCED,
+) -> None:
+    """Feed a flight that is longer than the minute of telemetry that an estimator keeps.
+
+    Args:
+        receiver: the estimator.
+        sensors: of the flight.
+        images: their boxes, in the order of time.
+        each: called with each of them when the telemetry until `AHEAD_S` after it has been fed.
+        inputs: which of the sensors.
+    """
+    samples = sorted(telemetry(sensors, inputs), key=lambda one: one[1].stamp_ns)
+    fed = 0
+    for image in images:
+        until_ns = image.stamp_ns + round(AHEAD_S * 1e9)
+        while fed < len(samples) and samples[fed][1].stamp_ns <= until_ns:
+            deliver(receiver, *samples[fed])
+            fed += 1
+        each(image)

@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 from aerial_gnss_ros.core.values.rejection import Input
-from aerial_gnss_ros.simulation.feeding import EARTH_REFERENCED, feed, telemetry
+from aerial_gnss_ros.simulation.feeding import EARTH_REFERENCED, feed, feed_in_time, telemetry
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
-from aerial_gnss_ros.simulation.sensors import Sensors, sensor_plan
+from aerial_gnss_ros.simulation.sensors import START_NS, Sensors, sensor_plan
 
 
 class Heard:
@@ -38,3 +40,20 @@ def test_all_samples_arrive_at_their_inputs():
     some = {source for source, _ in telemetry(sensors)}
     assert some == set(EARTH_REFERENCED)
     assert Input.ATTITUDE not in some
+
+
+def test_telemetry_is_never_far_ahead_of_the_images():
+    flight = GeneratedFlight(FlightPlan("orbit", 3.0), 1)
+    sensors = Sensors(flight, sensor_plan("consumer"), 1, -1.0, 4.0)
+    heard, latest = Heard(), []
+    images = [SimpleNamespace(stamp_ns=START_NS + 10**9 * k) for k in (0, 2)]
+
+    def see(image):
+        found = [one.stamp_ns for values in heard.came.values() for one in values]
+        latest.append(max(found) - image.stamp_ns)
+        expected = [one for one in sensors.gimbals() if one.stamp_ns <= image.stamp_ns + 10**9]
+        assert len(heard.came["add_gimbal"]) == len(expected)
+
+    feed_in_time(heard, sensors, images, see)
+    assert len(latest) == 2
+    assert all(0.9e9 < ahead <= 1e9 for ahead in latest)

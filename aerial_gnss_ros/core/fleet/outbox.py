@@ -16,10 +16,11 @@ SECOND_NS = 1_000_000_000
 class OutboxTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    kept_s: float = 60.0
-    """Time for which a sighting can be sent again, s: the longest outage that is made up for."""
-    most: int = 6000
-    """Greatest number of them: 60 s at 100 images a second."""
+    kept_s: float = 64.0
+    """Time for which a sighting can be sent again, s: an outage of 60 s, and what it takes to ask
+    for it; the fleet keeps a second more."""
+    most: int = 6400
+    """Greatest number of them: 64 s at 100 images a second."""
     backward_s: float = 3.0
     """How far scenes may go backward within a session, s: as far as a latency can change."""
 
@@ -48,7 +49,7 @@ class SentSighting:
 
 
 class Outbox:
-    """Numbers a drone's sightings and keeps the last 60 s; the oldest is given up first.
+    """Numbers a drone's sightings and keeps the last 64 s; the oldest is given up first.
 
     A clock that goes backward begins a session: what was sent cannot be joined with what follows.
 

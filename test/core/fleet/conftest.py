@@ -23,7 +23,7 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.samples import Orientation
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
-from aerial_gnss_ros.simulation.feeding import feed
+from aerial_gnss_ros.simulation.feeding import AHEAD_S, feed, feed_in_time
 from aerial_gnss_ros.simulation.flight import FlightPlan
 from aerial_gnss_ros.simulation.formation import Formation, together
 from aerial_gnss_ros.simulation.robots import SwimPlan
@@ -107,6 +107,24 @@ class Flown:
         return math.sqrt(float(np.mean(squares)))
 
 
+def flown_by(estimator, receiver, sensors, images, duration):
+    """Return an estimator's results; it keeps a minute of telemetry."""
+    results = []
+    if duration < 50.0:
+        feed(receiver, sensors)
+        for boxes in images:
+            estimator.add_detections(boxes)
+        results = estimator.advance(START_NS + 10**12)
+    else:
+
+        def see(boxes):
+            estimator.add_detections(boxes)
+            results.extend(estimator.advance(boxes.stamp_ns + round(AHEAD_S * 1e9)))
+
+        feed_in_time(receiver, sensors, images, see)
+    return results + estimator.flush()
+
+
 def fly(
     *, kind="hover", formation="opposite", count=2, share=0.5, noises=("consumer", "consumer"),
     seed=1, robots=3, speed=0.0, places=None, duration=12.0, spoil=None, missed=0.0,
@@ -141,11 +159,9 @@ def fly(
 
         estimator.wrap_tracking(tapped)
         receiver = estimator if spoil is None else spoil(name, estimator)
-        feed(receiver, one.sensors)
         estimator.add_camera(START_NS - 10**9, one.camera)
-        for _, _, boxes in one.detections():
-            estimator.add_detections(boxes)
-        alone[name] = estimator.advance(START_NS + 10**12) + estimator.flush()
+        boxes = (boxes for _, _, boxes in one.detections())
+        alone[name] = flown_by(estimator, receiver, one.sensors, boxes, duration)
         sightings[name] = taps[0].drain()
     return Flown(made, configs, LocalMap(made["a"].flight.origin), sightings, alone)
 
