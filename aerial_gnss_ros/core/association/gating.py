@@ -96,18 +96,19 @@ class CandidatePairs:
             new = [k for k, (row, column) in enumerate(every) if own[row] == boxes[column]]
             beside = [k for k in new if squared[k] <= reach]
         grown = [k for k in beside if squared[k] <= threshold]
-        nearest = _nearest(of, to, squared, near)
+        nearest: list[int] = []
+        rows: set[int] = set()
+        columns: set[int] = set()
+        for k in sorted(near, key=squared.__getitem__):
+            if of[k] not in rows and to[k] not in columns:
+                rows.add(of[k])
+                columns.add(to[k])
+                nearest.append(k)
         given = _best(of, to, squared, wide, threshold, inside)
         return cls(
             pairs, of, to, squared, wide, log, kind, threshold, reach, robots, inside, nearest,
             beside, grown, given, _left(of, to, squared, reach, robots, given, kind.count(ROBOT)),
         )  # fmt: skip
-
-    def nearest_new(self) -> list[int]:
-        """Return pairs of new tracks like `nearest`, where there is no robot yet."""
-        if ROBOT in self.kind:
-            return []
-        return _nearest(self.rows, self.columns, self.squared, self.new_near)
 
     def best(self, pairs: list[int]) -> list[int]:
         """Return the likeliest assignment of some pairs inside gates."""
@@ -129,17 +130,6 @@ def _classes(tracks: list[Track], kinds: list[str], kind: str) -> list[str | Non
     return [
         track.class_id if one is kind else None for track, one in zip(tracks, kinds, strict=True)
     ]
-
-
-def _nearest(of: list[int], to: list[int], squared: list[float], near: list[int]) -> list[int]:
-    """Return pairs, nearest first; each track and each box occurs at most once."""
-    rows, columns, nearest = set[int](), set[int](), list[int]()
-    for k in sorted(near, key=squared.__getitem__):
-        if of[k] not in rows and to[k] not in columns:
-            rows.add(of[k])
-            columns.add(to[k])
-            nearest.append(k)
-    return nearest
 
 
 def _best(

@@ -12,9 +12,9 @@ consecutive innovations cancel what is constant or linear in time; for white noi
 covariance S1 + 4 S2 + S3. The median of their normalised squares is robust against single images in
 which a fault begins or a box is misassociated.
 
-Until there is a robot, new tracks tell it: with gates too small for the noise none would be
-confirmed. What boxes told before the level was found counted too much, which is made good once, as
-long as all images so far are among those that the level is estimated from (`underestimated`).
+Only robots tell it, not new tracks: where false boxes are all there is, the level would grow until
+they were confirmed. What boxes told before the level was found counted too much, which is made good
+once, as long as all images so far are among those of the estimate (`underestimated`).
 """
 
 from __future__ import annotations

@@ -118,7 +118,7 @@ class TrackTable:
 
     def note_innovations(self, able: CandidatePairs, stamp_ns: int) -> None:
         """Take in the innovations of the robots in view."""
-        pairs, near = able.pairs, able.nearest or able.nearest_new()
+        pairs, near = able.pairs, able.nearest
         if not near:
             return
         if self._origin_ns is None:  # stamps themselves are too large for a float

@@ -44,12 +44,6 @@ def test_the_nearest_box_is_one_robots_and_no_box_is_two_robots():
     assert found.nearest == [2, 1]
 
 
-def test_new_tracks_have_nearest_boxes_while_there_is_no_robot():
-    apart = [[2.0, 1.0], [0.5, 4.0], [9.1, 9.2]]
-    assert candidates(apart, [NEW] * 3).nearest_new() == [2, 1]
-    assert candidates(apart, [NEW, NEW, ROBOT]).nearest_new() == []
-
-
 def test_the_best_pairs_are_the_likeliest_all_together():
     found = candidates([[1.0, 2.0], [1.1, 9.0]], [ROBOT] * 2)
     assert found.inside == [0, 1, 2]
