@@ -212,10 +212,10 @@ class JointFilter(CameraFaults):
             self._pose_ns -= later_ns
         if self._sight is None:
             return
+        if self.moored is not None:
+            self.moored.recalibrate(change, self._stationary, self._sight)
         for group in (*self._groups, *also):
             recalibrate(group, change, self._stationary, self._sight, searched)
-        if self.moored is not None:
-            self.moored.reset()
         if not change.modelled(self._stationary):
             self._anew = True
         self._recalibrated = True

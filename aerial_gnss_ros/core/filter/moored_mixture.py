@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.moored import MooredHypothesis
 from aerial_gnss_ros.core.filter.moored_law import MooredLaw
+from aerial_gnss_ros.core.filter.recalibration import CalibrationChange, likelier, recalibrate
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import Outcome
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 from aerial_gnss_ros.core.values.estimates import Current
 
 Array = NDArray[np.float64]
@@ -132,6 +133,20 @@ class MooredMixture:
             found = MooredGroup(group)
             self._all.append(found)
         return found
+
+    def recalibrate(self, change: CalibrationChange, prior: Array, sight: CameraView) -> None:
+        """Continue with another calibration, before the groups do (see `recalibration`).
+
+        What laws do not model, and the latency, makes them begin anew.
+        """
+        if change.errors[LATENCY] or not change.modelled(prior):
+            self.reset()
+        for group in self._all:
+            swim = likelier(group.base, change, prior)
+            for one in group.both:
+                if one.law is not None:
+                    one.evidence += likelier(one.law, change, prior) - swim
+                    recalibrate(one.law, change, prior, sight, searched=False)
 
     def settle(self, error: int, mean: float, sigma: float) -> None:
         """Take over what is known of one of the platform's errors (see `JointState`)."""

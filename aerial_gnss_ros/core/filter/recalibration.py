@@ -128,6 +128,23 @@ def recalibrate(
     joint.view = None
 
 
+def likelier(joint: JointState, change: CalibrationChange, prior: Array) -> float:
+    """Return the log of how much likelier all images become by a change of modelled errors, nats.
+
+    The posterior mean of the ratio of the new prior to the former one: E[exp(d'C⁻¹e - d'C⁻¹d/2)].
+
+    Args:
+        joint: a law, before the change.
+        change: of the calibration.
+        prior: (7, 7) covariance of the platform's errors when nothing is known.
+    """
+    moved = np.flatnonzero(change.errors)
+    shift = change.errors[moved]
+    told = shift / _scales(joint, moved, prior)
+    of_these = joint.covariance[np.ix_(moved, moved)]
+    return float(told @ (joint.mean[moved] + 0.5 * of_these @ told - 0.5 * shift))
+
+
 def reinitialize(joint: JointState, slots: Indices, prior: Array, speed: Array | float) -> None:
     """Forget what images told of the platform by a calibration without covariance.
 
@@ -152,6 +169,12 @@ def reinitialize(joint: JointState, slots: Indices, prior: Array, speed: Array |
     P[own, own] = variances
 
 
+def _scales(joint: JointState, moved: Indices, prior: Array) -> Array:
+    """Return the variances of some errors when nothing is known, at least those of the law."""
+    scales: Array = np.maximum(prior.diagonal(), joint.covariance.diagonal()[:COUNT])[moved]
+    return scales
+
+
 def _steps(errors: Array, height: float) -> int:
     angle = float(np.abs(errors[ANGLES]).max()) / TUNING.step_turn_rad
     share = abs(float(errors[HEIGHT])) / (TUNING.step_share * max(height, 1.0))
@@ -165,8 +188,7 @@ def _move(joint: JointState, errors: Array, prior: Array) -> None:
     """
     moved = np.flatnonzero(errors)
     P = joint.covariance
-    scale = np.maximum(prior.diagonal(), P.diagonal()[:COUNT])[moved]
-    shift = P[:, moved] @ (errors[moved] / scale)
+    shift = P[:, moved] @ (errors[moved] / _scales(joint, moved, prior))
     joint.mean += shift
     n = len(joint)
     if not n:
