@@ -49,6 +49,7 @@ TUNING = CastingOffTuning()
 _ANEW = np.square(TUNING.speeds_mps)[:, None, None] * np.diag([0.0, 0.0, 1.0, 1.0])
 _MEMORIES = np.array(TUNING.memories_s)
 _MODES = len(_MEMORIES)
+_PLACE, _SPEED = np.arange(2), np.arange(2, 4)
 
 
 class CastingOff:
@@ -118,8 +119,10 @@ class CastingOff:
         mean[..., :2] += seconds * mean[..., 2:]
         P[..., :2, :] += seconds * P[..., 2:, :]
         P[..., :2] += seconds * P[..., 2:]
-        P += density * np.kron([[seconds**3 / 3.0, 0.5 * seconds**2], [0.5 * seconds**2, seconds]],
-                               np.eye(2))  # fmt: skip
+        P[..., _PLACE, _PLACE] += density * seconds**3 / 3.0
+        P[..., _PLACE, _SPEED] += 0.5 * density * seconds**2
+        P[..., _SPEED, _PLACE] += 0.5 * density * seconds**2
+        P[..., _SPEED, _SPEED] += density * seconds
         self.mean[asked], self.covariance[asked] = mean, P
 
     def update(

@@ -195,6 +195,8 @@ class JointFilter(CameraFaults):
         for group in self._groups:
             unlike = np.full((2, len(group)), np.nan)
             group.own = unlike if own is None else own[:, group.rows]
+        if self.moored is not None:
+            self.moored.reconfigure()
 
     def recalibrate(
         self, change: CalibrationChange, also: Sequence[JointState], searched: bool

@@ -186,6 +186,13 @@ class MooredHypothesis:
             self._places = theirs, law.ids, found
         return self._places[2]
 
+    def take_classes(self) -> None:
+        """Let robots of the law have the motion of their classes, as those of the base have."""
+        if self.law is not None:
+            self._sync(self.law)
+            self.law.own = np.full((2, len(self.law)), np.nan)
+            self.law.own[:, self.places()] = self.base.own
+
     def _compare(self, law: MooredLaw, found: Outcome, base: Outcome, before: Array) -> None:
         """Take in how well an image fitted both laws.
 
@@ -324,5 +331,4 @@ class MooredHypothesis:
             law.ids[added] = theirs[slot]
         self._sums = np.concatenate([self._sums, np.zeros((len(new), 3))])
         self.leaving.keep(kept, len(new))
-        law.own = np.full((2, len(law)), np.nan)
-        law.own[:, self.places()] = self.base.own
+        self.take_classes()

@@ -48,6 +48,8 @@ class MooredLawTuning:
 
 TUNING = MooredLawTuning()
 
+_TINY = 1e-12 * np.eye(COUNT)
+
 CURRENT = -1
 """Number of the robot in `ids` whose velocity is the current."""
 
@@ -203,14 +205,16 @@ class MooredLaw(JointState):
 
     def own_covariances(self, slots: Indices) -> Array:
         """Return covariances (m, 2, 2) of where robots are seen if the platform were known, m²."""
-        p = COUNT + 4 * slots[:, None] + np.arange(2)
-        shown = self.covariance[p] + self.sway[slots, None, None] * self.covariance[p + 2]
+        sway, n = self.sway[slots, None, None], len(self)
+        rows = self.covariance[COUNT:].reshape(n, 4, -1)[slots]
+        shown = rows[:, :2] + sway * rows[:, 2:]
         by_platform = shown[:, :, :COUNT]
-        own = np.take_along_axis(shown, p[:, None], axis=2)
-        own += self.sway[slots, None, None] * np.take_along_axis(shown, p[:, None] + 2, axis=2)
+        with_own = shown[:, :, COUNT:].reshape(-1, 2, n, 4)[np.arange(len(slots)), :, slots]
+        own = with_own[:, :, :2] + sway * with_own[:, :, 2:]
         # An error that is known has no variance: hence the small one.
-        platform = self.covariance[:COUNT, :COUNT] + 1e-12 * np.eye(COUNT)
-        told = np.linalg.solve(platform, by_platform.swapaxes(1, 2))
+        platform = self.covariance[:COUNT, :COUNT] + _TINY
+        told = np.linalg.solve(platform, by_platform.reshape(-1, COUNT).T)
+        told = told.T.reshape(-1, 2, COUNT).swapaxes(1, 2)
         covariances: Array = own - by_platform @ told
         return covariances
 

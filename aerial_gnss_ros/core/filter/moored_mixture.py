@@ -134,6 +134,12 @@ class MooredMixture:
             self._all.append(found)
         return found
 
+    def reconfigure(self) -> None:
+        """Use the groups' new motion models from now on."""
+        for group in self._all:
+            for one in group.both:
+                one.take_classes()
+
     def recalibrate(self, change: CalibrationChange, prior: Array, sight: CameraView) -> None:
         """Continue with another calibration, before the groups do (see `recalibration`).
 

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.filter.casting_off import CastingOff
 from aerial_gnss_ros.core.filter.moored import TUNING, MooredHypothesis
 from aerial_gnss_ros.core.filter.moored_law import CURRENT
@@ -103,6 +104,55 @@ def test_covariances_cover_a_robot_that_casts_off(sea, seed):
     assert max(sizes) < 13.8
     assert np.mean(sizes) / 2.0 < 1.6
     assert max(error for t, error in errors if t > 22.0) < 0.35
+
+
+HEADING = COUNT - 2
+
+
+def heading(law):
+    """Return what a law knows of the heading's error, and its variance."""
+    return float(law.mean[HEADING]), float(law.covariance[HEADING, HEADING])
+
+
+def laws(engine):
+    """Return the hypotheses of a flight in which something is moored or drifts."""
+    (group,) = engine._pipeline.tracking.table.filter.moored._all
+    return [one for one in group.both if one.law is not None]
+
+
+def test_another_calibration_keeps_what_is_known_of_motion(sea):
+    world = sea.World(robots=robots(), **ORBIT)
+    engine = sea.estimator(RTK)
+    sea.play(engine, world, 20.0, until_flush=False)
+    before = [(one.law, *heading(one.law), one.evidence) for one in laws(engine)]
+    filter_ = engine._pipeline.tracking.table.filter
+    prior = filter_.stationary[HEADING, HEADING]
+    d = math.radians(1.0)
+    swim, unsure = heading(filter_.groups[0])
+    engine.reconfigure(estimator_config({**sea.origin, **RTK, "calibration.heading_deg": 1.0}))
+    after = laws(engine)
+    assert len(after) == len(before) > 0
+    for one, (law, mean, variance, evidence) in zip(after, before, strict=True):
+        assert one.law is law
+        moved = d * (1.0 - variance / prior)  # of an error known exactly, all is new
+        assert heading(law)[0] == pytest.approx(mean - moved, rel=1e-3)
+        likelier = d * (mean - swim) / prior + 0.5 * (variance - unsure) * (d / prior) ** 2
+        assert one.evidence - evidence == pytest.approx(likelier, rel=1e-3)
+    engine.reconfigure(estimator_config({**sea.origin, **RTK, "camera.latency_s": 0.1}))
+    assert engine._pipeline.tracking.table.filter.moored._all == []
+
+
+def test_laws_have_the_motion_of_new_classes(sea):
+    world = sea.World(robots=robots(), **ORBIT)
+    engine = sea.estimator(RTK)
+    sea.play(engine, world, 10.0, until_flush=False)
+    classes = {"classes.aqua.acceleration": 0.02, "classes.aqua.max_speed": 0.4}
+    engine.reconfigure(estimator_config({**sea.origin, **RTK, **classes}))
+    assert laws(engine)
+    for one in laws(engine):
+        own = one.law.own
+        assert np.isnan(own[:, one.law.current]).all()
+        np.testing.assert_allclose(own[0, one.places()], 0.02)
 
 
 MOTION = MotionModel(0.05, 0.75)

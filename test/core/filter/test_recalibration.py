@@ -13,7 +13,7 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.filter.linearization import CameraView, by_platform, relinearize
-from aerial_gnss_ros.core.filter.recalibration import CalibrationChange, recalibrate
+from aerial_gnss_ros.core.filter.recalibration import CalibrationChange, likelier, recalibrate
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
@@ -169,6 +169,20 @@ def test_what_is_known_of_an_error_decides_who_moves(known, moves):
     assert joint.robots[0, :2] == pytest.approx(expected, abs=0.15)
     assert joint.mean[HEADING] == pytest.approx(0.0 if moves else -angle, abs=1e-6)
     assert joint.covariance[:COUNT, :COUNT] == pytest.approx(spread, abs=1e-12)
+
+
+def test_a_law_is_likelier_by_what_its_images_say_of_the_new_prior():
+    """Against one measurement z of the heading with variance R: N(z; d, C + R) / N(z; 0, C + R)."""
+    config = estimator_config({})
+    joint, prior, _ = _joint(config)
+    stated, z, d = prior[HEADING, HEADING], 0.03, math.radians(1.0)
+    noise = 0.5 * stated
+    gain = stated / (stated + noise)
+    joint.mean[HEADING] = gain * z
+    joint.covariance[HEADING, HEADING] = (1.0 - gain) * stated
+    change = CalibrationChange.between(config, estimator_config({"calibration.heading_deg": 1.0}))
+    expected = 0.5 * (z**2 - (z - d) ** 2) / (stated + noise)
+    assert likelier(joint, change, prior) == pytest.approx(expected)
 
 
 def test_what_the_filter_takes_to_be_exact_widens_robots_out_of_view():
