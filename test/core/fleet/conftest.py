@@ -148,9 +148,8 @@ def fly(
     configs, sightings, alone = {}, {}, {}
     for (name, one), noise in zip(made.items(), noises, strict=False):
         settings = {"noise.set": noise, "fix.altitude_datum": "ellipsoid"} | (set_ or {})
-        configs[name] = estimator_config(settings)
-        own = estimator_config(settings | {"tracks.find_moored": False})
-        estimator, taps = Estimator(own), []
+        configs[name] = estimator_config(settings | {"tracks.find_moored": False})
+        estimator, taps = Estimator(configs[name]), []
 
         def tapped(tracker, taps=taps):
             taps.append(taps[0] if taps else SightingTap(tracker))
