@@ -118,8 +118,10 @@ class MooredHypothesis:
         # Of each robot of the law: sum of its innovations (2), their variance.
         self._sums: Array = np.zeros((0, 3))
         self._strain: Array = np.zeros(2)
-        # Numbers of the base's and the law's robots, and where the law has the base's.
+        # Numbers of the base's and the law's robots, where the law has the base's, and the numbers
+        # when it last had all of them.
         self._places = _NOBODY, _NOBODY, _NOBODY
+        self._synced = _NOBODY, _NOBODY
 
     def predict(self, seconds: float, keep: Array, stationary: Array, motion: MotionModel) -> None:
         """Move on in time, before `base` does (see `JointState.predict`)."""
@@ -190,8 +192,11 @@ class MooredHypothesis:
         """Let robots of the law have the motion of their classes, as those of the base have."""
         if self.law is not None:
             self._sync(self.law)
-            self.law.own = np.full((2, len(self.law)), np.nan)
-            self.law.own[:, self.places()] = self.base.own
+            self._take_motions(self.law)
+
+    def _take_motions(self, law: MooredLaw) -> None:
+        law.own = np.full((2, len(law)), np.nan)
+        law.own[:, self.places()] = self.base.own
 
     def _compare(self, law: MooredLaw, found: Outcome, base: Outcome, before: Array) -> None:
         """Take in how well an image fitted both laws.
@@ -319,7 +324,7 @@ class MooredHypothesis:
     def _sync(self, law: MooredLaw) -> None:
         """Let the law have the robots that the base has."""
         theirs = self.base.ids
-        if self._places[0] is theirs and self._places[1] is law.ids:
+        if self._synced[0] is theirs and self._synced[1] is law.ids:
             return
         kept = np.isin(law.ids, theirs)
         kept[law.current] = True
@@ -331,4 +336,5 @@ class MooredHypothesis:
             law.ids[added] = theirs[slot]
         self._sums = np.concatenate([self._sums, np.zeros((len(new), 3))])
         self.leaving.keep(kept, len(new))
-        self.take_classes()
+        self._take_motions(law)
+        self._synced = theirs, law.ids

@@ -142,6 +142,20 @@ def test_another_calibration_keeps_what_is_known_of_motion(sea):
     assert engine._pipeline.tracking.table.filter.moored._all == []
 
 
+def test_a_robot_that_comes_later_is_in_the_laws(sea):
+    world = sea.World(robots=robots(), **ORBIT)
+    engine = sea.estimator(RTK)
+    sea.play(engine, world, 12.0, until_flush=False)
+    world.robots["d"] = lambda _t: (4.0, 18.0)
+    last = sea.play(engine, world, 10.0, begin=12.0, until_flush=False)[-1]
+    assert len(last.estimates) == 4
+    assert "images_failed" not in engine.happened
+    for one in laws(engine):
+        assert sorted(one.law.ids.tolist()) == sorted([*one.base.ids.tolist(), CURRENT])
+        assert (one.places() >= 0).all()
+        assert one.law.sway[one.places()].all()
+
+
 def test_laws_have_the_motion_of_new_classes(sea):
     world = sea.World(robots=robots(), **ORBIT)
     engine = sea.estimator(RTK)
@@ -199,6 +213,7 @@ def tried(adrift=False):
     for slot in range(3):
         one.leaving.begin(slot, -5.0)
     one._places = base.ids, one.law.ids, np.arange(3)
+    one._synced = base.ids, one.law.ids
     return one
 
 
