@@ -18,7 +18,7 @@ from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
-RTK = {"noise.gnss_offset_m": 0.02}
+RTK = {"noise.gnss_offset_m": 0.02, "tracks.find_moored": True}
 ORBIT = {
     "drone": lambda t: (28.0 * math.cos(0.15 * t), 20.0 + 28.0 * math.sin(0.15 * t), 30.0),
     "rpy_deg": lambda t: (0.0, 47.0, math.degrees(0.15 * t) + 180.0),
@@ -45,7 +45,7 @@ def robots(drift=(0.0, 0.0), leaves=math.inf):
 def flown(sea, stated=None, seconds=30.0, **motion):
     """Return the last result, its errors (n,), their sizes by its covariances, and its sigma."""
     world = sea.World(robots=robots(**motion), **ORBIT)
-    engine = sea.estimator(RTK | {"tracks.find_moored": True} | (stated or {}))
+    engine = sea.estimator(RTK | (stated or {}))
     last = sea.play(engine, world, seconds)[-1]
     t = (last.stamp_ns - sea.stamp(0.0)) * 1e-9
     errors, sizes = [], []
@@ -89,7 +89,7 @@ def test_a_robot_that_leaves_is_followed(sea):
 def test_covariances_cover_a_robot_that_casts_off(sea, seed):
     """It swims 0.3 m/s: for a second its boxes may be noise."""
     world = sea.World(robots=robots(leaves=20.0), seed=seed, **ORBIT)
-    results = sea.play(sea.estimator(RTK | {"tracks.find_moored": True}), world, 25.0)
+    results = sea.play(sea.estimator(RTK), world, 25.0)
     errors, sizes = [], []
     for result in results:
         t = (result.stamp_ns - sea.stamp(0.0)) * 1e-9
