@@ -40,7 +40,7 @@ _LARGEST = 2**63
 _SHAPES: dict[str, tuple[int, ...]] = {
     "jump": (3,), "believed": (2,), "pixels": (-1, 2), "doubt": (-1, 2, 2),
     "enu_from_camera": (3, 3), "fix_covariance": (2, 2), "interpolation": (6,), "gaps_s": (6,),
-    "K": (3, 3), "D": (-1,), "R": (3, 3),
+    "sizes": (-1, 2), "scores": (-1,), "K": (3, 3), "D": (-1,), "R": (3, 3),
 }  # fmt: skip
 _MAY_BE_NAN = ("altitude",)
 _FITS: dict[Any, Callable[[Any], bool]] = {
@@ -50,7 +50,8 @@ _FITS: dict[Any, Callable[[Any], bool]] = {
     str: lambda value: type(value) is str,
 }
 _LISTS: dict[Any, type[Any]] = {tuple[str, ...]: str, tuple[int, ...]: int}
-_PER_BOX = ("labels", "tracks", "class_ids", "pixels", "doubt")
+_PER_BOX = ("labels", "tracks", "class_ids", "pixels", "doubt", "sizes", "scores")
+_MAY_BE_ABSENT = {"sizes", "scores"}  # earlier releases did not send them
 
 
 def sighting_text(sent: SentSighting) -> str:
@@ -143,6 +144,8 @@ def _built(kind: type[Any], value: Any, name: str) -> Any:
         InputError: one is absent, unknown or of another kind.
     """
     hints = type_hints(kind)
+    if isinstance(value, dict) and kind is Sighting:
+        value = dict.fromkeys(_MAY_BE_ABSENT) | value
     if not isinstance(value, dict) or value.keys() != hints.keys():
         given = sorted(value.keys() ^ hints.keys()) if isinstance(value, dict) else [name]
         raise InputError(f"a sighting's {name} lacks or has unknown {cut(', '.join(given))}.")
@@ -224,10 +227,13 @@ def _check(seen: Sighting) -> None:
     """
     pose, count = seen.pose, len(seen.pixels)
     for name in _PER_BOX:
-        if len(getattr(seen, name)) != count:
-            raise InputError(
-                f"a sighting has {len(getattr(seen, name))} {name} for {counted(count, 'box')}."
-            )
+        of = getattr(seen, name)
+        if of is not None and len(of) != count:
+            raise InputError(f"a sighting has {len(of)} {name} for {counted(count, 'box')}.")
+    if seen.sizes is not None and (seen.sizes < 0.0).any():
+        raise InputError("a sighting has a box of negative size.")
+    if seen.scores is not None and not ((seen.scores >= 0.0) & (seen.scores <= 1.0)).all():
+        raise InputError("a sighting has a score that is not within 0 to 1.")
     if count > MOST_BOXES:
         raise InputError(f"a sighting of {count} boxes is refused: at most {MOST_BOXES}.")
     named = [label for label in seen.labels if label]

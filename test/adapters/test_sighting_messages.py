@@ -31,7 +31,8 @@ SEEN = Sighting(
     1_735_689_607_900_000_003, "camera", CAMERA, POSE, np.array([0.1, 1 / 3, 0.0]),
     np.array([1e-300, -2.5]), ("aqua_1", ""), (7, 0), ("Aqua", "Aqua"),
     np.array([[154.46940643369953, 416.1], [2 / 3, 1.0]]),
-    np.array([np.eye(2), np.zeros((2, 2))]), 1.7,
+    np.array([np.eye(2), np.zeros((2, 2))]), 1.7, np.array([[31.2, 18.0], [5.5, 0.1]]),
+    np.array([0.871, 0.05]),
 )  # fmt: skip
 SENT = SentSighting("drone1", 1_735_689_600_123_456_789, 79, 3, SEEN)
 
@@ -75,6 +76,8 @@ def sightings(draw):
         tuple(f"aqua_{k}" if k else "" for k in range(count)), tuple(range(5, 5 + count)),
         tuple(draw(st.lists(st.text(max_size=4), min_size=count, max_size=count))),
         array(count, 2), root @ root.transpose(0, 2, 1), draw(st.floats(0.1, 10.0)),
+        draw(st.sampled_from([None, np.abs(array(count, 2))])),
+        draw(st.sampled_from([None, np.abs(array(count)) * 1e-6])),
     )  # fmt: skip
     whole = st.integers(0, 2**62)
     return SentSighting("drone_b", draw(whole), draw(whole), draw(whole), seen)
@@ -92,6 +95,14 @@ def test_a_camera_is_checked_once():
     assert one.sighting.camera is other.sighting.camera
 
 
+def test_a_sighting_of_an_earlier_release_has_no_sizes_and_scores():
+    document = json.loads(sighting_text(SENT))
+    del document["sighting"]["sizes"], document["sighting"]["scores"]
+    read = sent_sighting(json.dumps(document)).sighting
+    assert (read.sizes, read.scores) == (None, None)
+    assert same(read, replace(SEEN, sizes=None, scores=None))
+
+
 def changed(path, value):
     document = json.loads(sighting_text(SENT))
     inner = document
@@ -106,6 +117,10 @@ def changed(path, value):
     [
         (("version",), 2, "version 2, this program reads 1"),
         (("version",), True, "version True"),
+        (("sighting", "sizes"), [[1.0, 2.0]], "1 sizes for 2 boxes"),
+        (("sighting", "sizes"), [[1.0, -2.0], [1, 1]], "a box of negative size"),
+        (("sighting", "scores"), [0.5, 1.5], "a score that is not within 0 to 1"),
+        (("sighting", "scores"), [[0.5], [0.5]], "scores is not an array of n numbers"),
         (("drone",), "Drone 1", "a drone's name cannot be 'Drone 1'"),
         (("drone",), "", "a drone's name cannot be"),
         (("drone",), 7, "a drone's name cannot be 7"),

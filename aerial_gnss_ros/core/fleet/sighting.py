@@ -50,6 +50,9 @@ class Sighting:
         doubt: (m, 2, 2) by how much the drone widens its own positions beyond its filter's
             covariance: possible faults, labels that may be exchanged, m².
         level: factor by which white noise is larger than stated.
+        sizes: (m, 2) widths and heights of these boxes, to 0.1 px, or None. They and scores decide
+            in the drone's own association, never in a filter: here they are for people and tools.
+        scores: (m,) 0 to 1, to 0.001, or None.
     """
 
     stamp_ns: int
@@ -64,6 +67,8 @@ class Sighting:
     pixels: Array
     doubt: Array
     level: float = 1.0
+    sizes: Array | None = None
+    scores: Array | None = None
 
 
 class SightingTap:
@@ -125,6 +130,8 @@ class SightingTap:
             points.pixels[[k for _, _, k in used]].reshape(-1, 2),
             doubt,
             table.filter.noise.level,
+            np.round(boxes.sizes[[k for _, _, k in used]].reshape(-1, 2), 1),
+            np.round(boxes.scores[[k for _, _, k in used]], 3),
         )
 
     def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:

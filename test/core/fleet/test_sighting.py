@@ -25,8 +25,12 @@ def test_every_image_gives_a_sighting_with_the_boxes_of_confirmed_robots(two_rtk
         assert seen.pose == result.pose
         assert seen.class_ids == ("aqua",) * len(seen.labels)
         assert len(seen.pixels) == len(seen.doubt) == len(set(seen.tracks)) == len(seen.labels)
-        for pixel in seen.pixels:
-            assert np.abs(boxes[seen.stamp_ns].centers - pixel).sum(axis=1).min() < 1e-6
+        for pixel, size, score in zip(seen.pixels, seen.sizes, seen.scores, strict=True):
+            box = boxes[seen.stamp_ns]
+            apart = np.abs(box.centers - pixel).sum(axis=1)
+            assert apart.min() < 1e-6
+            assert np.abs(box.sizes[apart.argmin()] - size).max() <= 0.05 + 1e-9
+            assert abs(box.scores[apart.argmin()] - score) <= 0.0005 + 1e-9
         assert np.abs(seen.doubt).max(initial=0.0) < 1e-6
         assert not seen.jump.any()
         assert seen.level == 1.0
