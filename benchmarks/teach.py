@@ -10,9 +10,9 @@ are sure; unsure ones would be asked about.
 python benchmarks/teach.py IMAGES --labels labels.csv --kind swimmer --first 31
 python benchmarks/teach.py FLIGHT_BAG
 
-With --train a detector is trained on these labels, and scored on --score: another flight of the
-same robots, or (with --labels) the images that are not among the first. Every box on no robot is
-false, two on one robot count once.
+With --train a detector is trained on these labels, and scored on the images that are not among the
+--first, or on another flight of the same robots (--score). Every box on no robot is false, two on
+one robot count once.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -143,6 +144,8 @@ def _train(args: argparse.Namespace, session: Session, folder: Path) -> None:
 def _unseen(args: argparse.Namespace) -> list[LabelledImage]:
     if args.score is not None:
         return list(read_bag(args.score))
+    if not args.labels:
+        return list(read_bag(args.recording))[args.first :]
     files = sorted(f for f in args.recording.iterdir() if f.suffix.lower() in IMAGE_ENDINGS)
     table = PictureLabels(args.labels, ())
     made = []
@@ -171,7 +174,11 @@ def _extract(args: argparse.Namespace, name: Path, folder: Path) -> None:
         def views(stamps: Sequence[int]) -> list:
             return bag_views(args.recording, stamps, config, detector, "")
 
-    extract(open_pictures(source), folder, 5000, views, lambda _done: None)
+    pictures = open_pictures(source)
+    if args.first and pictures.count > args.first:  # of a bag
+        whole = pictures.pictures
+        pictures = replace(pictures, count=args.first, pictures=lambda: islice(whole(), args.first))
+    extract(pictures, folder, 5000, views, lambda _done: None)
 
 
 def _labels(args: argparse.Namespace, recording: Recording) -> Labels:

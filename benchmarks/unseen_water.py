@@ -40,7 +40,8 @@ from aerial_gnss_ros.training.composing import Composing, photographs_of, write_
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
 from aerial_gnss_ros.training.proposals import Proposals, gather, joined
 from aerial_gnss_ros.training.score import Score
-from aerial_gnss_ros.training.second_look_network import Network, fill, fit, write
+from aerial_gnss_ros.training.second_look_network import Network, fill, write
+from aerial_gnss_ros.training.second_look_network_fit import fit
 from aerial_gnss_ros.training.share import Look, Share, strictest_share
 
 SOURCES = {"northsea_video": 1.0, "lake_nadir": 1.0, "lake_shore": 0.5}

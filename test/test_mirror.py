@@ -66,7 +66,10 @@ TESTED_WITH = {
         "simulation/raster simulation/scene simulation/shading simulation/wash"
     ),
     "teaching/test_session.py": "teaching/carry teaching/tracks",
-    "training/test_second_look.py": "training/proposals training/second_look_network",
+    "training/test_second_look.py": (
+        "training/proposals training/second_look_network training/second_look_network_fit "
+        "training/second_look_network_views"
+    ),
     "training/test_small.py": "training/small_network training/small_samples",
     "training/test_supervise.py": "training/offline training/results training/worker",
     "training/test_train.py": "training/export",

@@ -76,7 +76,8 @@ def _parser() -> argparse.ArgumentParser:
 
 def _train(given: argparse.Namespace) -> None:
     try:
-        from aerial_gnss_ros.training.second_look_network import fit, write
+        from aerial_gnss_ros.training.second_look_network import write
+        from aerial_gnss_ros.training.second_look_network_fit import fit
     except ImportError as error:
         raise ModelError(
             f"training a second look needs {error.name}; install it with "

@@ -15,7 +15,9 @@ from torch.nn import functional
 
 from aerial_gnss_ros.core.values.errors import OutputError
 from aerial_gnss_ros.detection.second_look_terms import Terms
-from aerial_gnss_ros.training.second_look_network import Fitting, Network, Variation, network_inputs
+from aerial_gnss_ros.training.second_look_network import Network
+from aerial_gnss_ros.training.second_look_network_fit import Fitting
+from aerial_gnss_ros.training.second_look_network_views import Variation, network_inputs
 from aerial_gnss_ros.training.taught_examples import Examples
 
 _VARIATION = Variation(greyed=0.2, exchanged=0.0)  # a robot is known by its colours

@@ -65,7 +65,8 @@ def test_joined_and_times(crosses):
 @pytest.mark.ultralytics
 def test_it_learns_what_the_detector_does_not_know(tmp_path, crosses):
     pytest.importorskip("torch", reason="needs the extra [ultralytics]")
-    from aerial_gnss_ros.training.second_look_network import fit, write
+    from aerial_gnss_ros.training.second_look_network import write
+    from aerial_gnss_ros.training.second_look_network_fit import fit
 
     network = fit(crosses, Terms(), 100, seed=1, threads=1)
     path = tmp_path / "look.onnx"
@@ -89,25 +90,27 @@ def test_it_learns_what_the_detector_does_not_know(tmp_path, crosses):
 def test_it_goes_on_from_an_exported_one(tmp_path, crosses):
     torch = pytest.importorskip("torch", reason="needs the extra [ultralytics]")
     from aerial_gnss_ros.training import second_look_network as networks
+    from aerial_gnss_ros.training import second_look_network_fit as fitting
+    from aerial_gnss_ros.training.second_look_network_views import scaled
 
     path = tmp_path / "look.onnx"
-    first = networks.fit(crosses, Terms(), 20, seed=1, threads=1)
+    first = fitting.fit(crosses, Terms(), 20, seed=1, threads=1)
     networks.write(first, Terms(), Share(), path)
     views = torch.from_numpy(crosses.views[:64, 8:72, 8:72]).permute(0, 3, 1, 2).float() / 255.0
-    inputs = networks._scaled(views), torch.zeros((64, 3))
+    inputs = scaled(views), torch.zeros((64, 3))
     with torch.no_grad():
         wanted = first(*inputs)
         again = networks.Network()
         networks.fill(again, path)
         for _ in range(2):  # as exported, and with normalisations that normalise again
             torch.testing.assert_close(again.eval()(*inputs), wanted, rtol=1e-3, atol=1e-3)
-            networks._restore_normalisation(again, crosses, Terms(), np.random.default_rng(2))
+            fitting._restore_normalisation(again, crosses, Terms(), np.random.default_rng(2))
     norms = [layer for layer in again.modules() if isinstance(layer, torch.nn.BatchNorm2d)]
     assert all((norm.running_mean != 0.0).any() for norm in norms)
     rejected = tmp_path / "other.onnx"
     rejected.write_bytes(b"no model")
     with pytest.raises(ModelError, match="not an ONNX model"):
-        networks.fit(crosses, Terms(), 1, seed=1, threads=1, start=rejected)
+        fitting.fit(crosses, Terms(), 1, seed=1, threads=1, start=rejected)
 
 
 def write_set(folder, seed):
