@@ -139,6 +139,8 @@ DRONE_MEANINGS = {
     "longitude_deg": "likewise",
     "sees": "names in `positions.csv` of the robots that boxes of this image show, with a space "
     "between",
+    "clock_ahead_s": "by how much its clock is ahead of the others', s",
+    "clock_sigma_s": "standard deviation of `clock_ahead_s`",
 }
 NAME_MEANINGS = {
     "robot_id": "the robot's name in `positions.csv`",

@@ -36,6 +36,8 @@ def drone_values(link: Link) -> dict[str, Any]:
         "sigma_north_m": sigma[1],
         "disagrees": report is not None and report.disagrees,
         "fault": "" if report is None else report.fault,
+        "clock_ahead_s": math.nan if report is None else report.clock.ahead_s,
+        "clock_sigma_s": math.nan if report is None else report.clock.sigma_s,
         "delay_s": link.delay_s,
         "missing": link.gaps.missing,
         "lost": link.gaps.lost,

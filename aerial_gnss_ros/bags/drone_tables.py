@@ -26,7 +26,7 @@ from aerial_gnss_ros.text.sentences import cut
 DRONE_COLUMNS = (
     "stamp_ns", "drone", "agreement", "shared_robots", "offset_east_m", "offset_north_m",
     "sigma_east_m", "sigma_north_m", "disagrees", "fault", "latitude_deg", "longitude_deg",
-    "sees",
+    "sees", "clock_ahead_s", "clock_sigma_s",
 )  # fmt: skip
 NAME_COLUMNS = ("robot_id", "drone", "drone_robot_id", "first_stamp_ns", "last_stamp_ns", "images")
 
@@ -115,6 +115,7 @@ def _drone_row(image: DroneImage) -> list[str]:
     return [
         str(one.stamp_ns), one.drone, f"{one.agreement:.4f}", str(one.shared), *figures,
         str(int(one.disagrees)), one.fault, *place, " ".join(image.sees),
+        f"{one.clock.ahead_s:.4f}", f"{one.clock.sigma_s:.4f}",
     ]  # fmt: skip
 
 
@@ -149,7 +150,7 @@ def read_drones(path: Path) -> dict[str, DroneFlight]:
         return {}
     rows: dict[str, list[dict[str, str]]] = {}
     for _, row in table_rows(path, DRONE_COLUMNS[:2], "the drones.csv of a replay"):
-        if row.keys() >= set(DRONE_COLUMNS):  # older tables have no paths
+        if row.keys() >= {"latitude_deg", "longitude_deg", "sees"}:  # older tables have no paths
             rows.setdefault(row["drone"], []).append(row)
     try:
         return {name: _flight(of) for name, of in sorted(rows.items())}

@@ -205,6 +205,12 @@ class DronesReplay:
             "gimbal or a receiver of one of them may be wrong."
             for name, images in sorted(disagreed.items())
         ]
+        self.summary.notes += [
+            f"Drone {name}: {report.clock.words}, by robots that move; the filter allows for it. "
+            "Set clocks by GNSS or NTP."
+            for name, report in sorted(last.items())
+            if report.clock.said
+        ]
         alone = sorted(last.keys() - self._together())
         if len(last) > 1 and alone:
             self.summary.notes.append(

@@ -175,6 +175,8 @@ def _drone_status(link: Link) -> Status:
         level, words = WARN, "contradicts the others: a compass, gimbal or receiver may be wrong"
     elif not values["shared_robots"]:
         words = "has no robot in common with another drone"
+    if link.update is not None and link.update.report.clock.said:
+        level, words = WARN, f"{words}; {link.update.report.clock.words}"
     if link.delay_s > DELAYED_S:
         level, words = WARN, f"{words}; {link.delay_s:.1f} s late"
     return Status(f"drone {link.drone}", level, words, values)

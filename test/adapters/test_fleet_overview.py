@@ -15,6 +15,7 @@ from aerial_gnss_ros.adapters.fleet_overview import drones_text, fleet_overview_
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.fleet.agreement import Agreement
+from aerial_gnss_ros.core.fleet.clocks import ClockOffset
 from aerial_gnss_ros.core.fleet.shore import Link
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
@@ -29,6 +30,7 @@ def test_each_drone_is_told_and_what_is_not_known_is_null():
     report = SimpleNamespace(
         agreement=Agreement().ratio, shared=2, offset=np.array([0.5, -1.0]),
         offset_sigma=np.array([0.1, np.inf]), disagrees=True, fault="compass",
+        clock=ClockOffset(0.125, math.nan),
     )  # fmt: skip
     known = Link("a", "north/a", EstimatorConfig(), delay_s=0.25)
     known.update = SimpleNamespace(report=report, names={"aqua_1": "aqua_3"})
@@ -41,7 +43,8 @@ def test_each_drone_is_told_and_what_is_not_known_is_null():
     assert first == {
         "drone": "a", "namespace": "north/a", "agreement": None, "shared_robots": 2,
         "offset_east_m": 0.5, "offset_north_m": -1.0, "sigma_east_m": 0.1, "sigma_north_m": None,
-        "disagrees": True, "fault": "compass", "delay_s": 0.25,
+        "disagrees": True, "fault": "compass", "clock_ahead_s": 0.125, "clock_sigma_s": None,
+        "delay_s": 0.25,
         "missing": 0, "lost": 0, "repeated": 0, "refused_flood": 3,
         "names": {"aqua_1": "aqua_3"},
     }  # fmt: skip

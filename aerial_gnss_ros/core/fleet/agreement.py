@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.fleet.clocks import NO_OFFSET, ClockOffset
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
 from aerial_gnss_ros.core.models.platform_model import GNSS
 
@@ -51,6 +52,7 @@ class DroneReport:
         disagrees: whether it contradicts the other drones.
         fault: sensor that has turned out to be wrong: compass, gimbal, receiver or height; "" if
             none has.
+        clock: offset of its clock to the others'.
     """
 
     drone: str
@@ -61,6 +63,7 @@ class DroneReport:
     offset_sigma: Array
     disagrees: bool
     fault: str = ""
+    clock: ClockOffset = NO_OFFSET
 
 
 class Agreement:

@@ -18,7 +18,8 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing.measurements import EDGE
 from aerial_gnss_ros.core.models.camera_motion import CameraMotion
-from aerial_gnss_ros.core.models.platform_model import COUNT, PlatformModel
+from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT
+from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,7 @@ class Drone:
     Args:
         name: of the drone.
         config: of its estimator.
+        clock_s: one sigma of its clock's offset to the first drone's, s.
 
     Attributes:
         name: likewise.
@@ -41,10 +43,11 @@ class Drone:
         view: the camera of that.
     """
 
-    def __init__(self, name: str, config: EstimatorConfig) -> None:
+    def __init__(self, name: str, config: EstimatorConfig, clock_s: float = 0.0) -> None:
         self.name = name
         self.model = PlatformModel(config.noise, config.gimbal.reference)
-        self.stationary = self.model.stationary(None)
+        self._clock_s = clock_s
+        self.stationary = self._with_clock(self.model.stationary(None))
         self.agreement = Agreement()
         self.fault: Fault | None = None
         self.assumed = np.zeros(COUNT)
@@ -54,8 +57,14 @@ class Drone:
 
     def state_receiver(self, seen: Sighting) -> None:
         """Take over the covariance that a fix states of itself."""
-        stated = self.model.stationary(seen.pose.fix_covariance)
+        stated = self._with_clock(self.model.stationary(seen.pose.fix_covariance))
         self.stationary = stated + np.diag(self.fault.variances) if self.fault else stated
+
+    def _with_clock(self, stationary: Array) -> Array:
+        """Return a prior covariance (7, 7) with the clock's variance (see `clocks`)."""
+        found = stationary.copy()
+        found[LATENCY, LATENCY] = self._clock_s**2
+        return found
 
     def jumped(self, seen: Sighting) -> bool:
         """Return whether the drone has come to believe a jump of its receiver."""
@@ -77,7 +86,9 @@ class Drone:
         shown = MapPose(measured.position - seen.jump, measured.rotation)
         foretold = self._motion.update(shown, passed)
         noise = seen.pose.interpolation_noise(passed)
-        self.view = CameraView.of(seen.camera, shown, self._motion.rates, 0.0, foretold, 0.0, noise)
+        # A clock that is ahead displaces robots, not the camera against its image.
+        still = np.zeros(POSE_COUNT)
+        self.view = CameraView.of(seen.camera, shown, still, 0.0, foretold, 0.0, noise)
         self.last = seen
         return self.view
 

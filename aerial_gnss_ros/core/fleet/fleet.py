@@ -21,6 +21,8 @@ from aerial_gnss_ros.core.filter.blocks import TUNING as BLOCKS
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
 from aerial_gnss_ros.core.fleet.agreement import Agreement, DroneReport, receiver_offset
+from aerial_gnss_ros.core.fleet.clocks import TUNING as CLOCKS
+from aerial_gnss_ros.core.fleet.clocks import clock_offset
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.fault_search import FaultSearch, Found
 from aerial_gnss_ros.core.fleet.gates import TUNING as GATES
@@ -40,6 +42,8 @@ from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate
 
 Array = NDArray[np.float64]
+_NAMES = {"latency": "clock"}
+"""What is in an error's place (see `clocks`)."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +102,10 @@ class Fleet:
             refuse_unable(name, config)
         self.local = local
         self._config = next(iter(configs.values()))
-        self._drones = [Drone(name, config) for name, config in configs.items()]
+        self._drones = [
+            Drone(name, config, CLOCKS.sigma_s if k else 0.0)
+            for k, (name, config) in enumerate(configs.items())
+        ]
         self._number = {name: i for i, name in enumerate(configs)}
         self._motions = ClassMotions(self._config)
         self._threshold = gate_threshold(self._config.tracks.gate_probability)
@@ -221,7 +228,9 @@ class Fleet:
             self.robots[slot].note_track(drone, seen.tracks[k], seen.labels[k])
         if known.new:
             self._begin(drone, seen, view, known.new)
-        self._drop([old for old, new in known.again if self._is_back(drone, old, new)])
+        gone = [old for old, new in known.again if self._is_back(drone, old, new)]
+        self.state.settle()
+        self._drop(gone)
 
     def _is_back(self, drone: int, old: int, new: int) -> bool:
         """Make a robot that has come back to a drone one with its new track, if that fits.
@@ -314,7 +323,9 @@ class Fleet:
         estimates = published(joint, self.robots, self._drones, seen, self.local)
         depth_m = self._config.depth.sigma_m
         platform = [
-            replace(error, name=f"{each.name} {error.name}") if several else error
+            replace(error, name=f"{each.name} {_NAMES.get(error.name, error.name)}")
+            if several
+            else error
             for number, each in enumerate(self._drones)
             for error in named_errors(*self.state.platform(number))
         ]
@@ -327,6 +338,7 @@ class Fleet:
             or one.agreement.disagrees
             or displaced(self.robots, drone, now_ns) > 0.0,
             one.fault.sensor if one.fault is not None else "",
+            clock_offset(self.state, drone, len(self._drones)),
         )  # fmt: skip
         return FleetUpdate(
             inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m),

@@ -33,6 +33,21 @@ from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS, LATENCY, Pla
 Array = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class SharedStateTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    moves_mps: float = 0.1
+    """Speed from which a robot tells of clocks, m/s. Judged: a slower one tells too little."""
+    moves_sigmas: float = 4.0
+    """Sigmas of that speed by which it must not be none. Judged."""
+    stands_mps: float = 0.03
+    """Speed below which it tells nothing any more, m/s: less than noise makes of it. Judged."""
+
+
+TUNING = SharedStateTuning()
+
+
 @dataclass
 class Base:
     """Where a drone was when its last image was used, and how its errors act on its pose.
@@ -104,6 +119,9 @@ class SharedState:
         self.bases = [Base(np.full(3, np.nan), np.zeros((POSE_COUNT, COUNT))) for _ in stationary]
         self.seen_by: Indices = np.zeros(0, np.intp)
         self._by_pose = np.zeros((0, 4, POSE_COUNT))
+        self._shown: tuple[float, Array] | None = None  # clock and velocities of an image's drone
+        self._moves = np.zeros(0, np.bool_)
+        self._moving = np.zeros((0, 2))  # velocity to which covariances with its clock refer
         active, between, own = self._prior(stationary)
         self._cross[:], self._own[:] = between, own
         self.joint.covariance[:] = active
@@ -215,17 +233,21 @@ class SharedState:
         """Make a drone active and take derivatives at the camera of its image.
 
         Before that each robot's covariance is carried along with its estimate, as the camera sees
-        it that measured it last (see `linearization`).
+        it that measured it last (see `linearization`). Robots are where the drone's clock has them
+        until `settle` (see `clocks`).
 
         Args:
             drone: its number.
             sight: the image's camera.
         """
+        if self._others:
+            self._moves = moving(self.joint, self._moves)
         for other in {*self.seen_by.tolist()} - {drone}:
             self.activate(other)
             self._carry(other)
         self.activate(drone)
         self._carry(drone)
+        self._show()
         joint, base = self.joint, self.bases[drone]
         joint.camera, joint.view = np.full(3, np.nan), None  # carried already
         relinearize(joint, sight)
@@ -233,15 +255,58 @@ class SharedState:
         mine = self.seen_by == drone
         self._by_pose[mine] = joint.by_pose[mine]
 
+    @property
+    def _velocities(self) -> Array:
+        """(n, 2) of the robots that surely move, 0 of others, m/s."""
+        found: Array = self.joint.robots[:, 2:] * self._moves[:, None]
+        return found
+
+    def _show(self) -> None:
+        """Bring the robots to where the active drone's clock has them."""
+        joint = self.joint
+        if not self._others or joint.covariance[LATENCY, LATENCY] <= 0.0:
+            return
+        if not len(joint):
+            return
+        clock, velocities = float(joint.mean[LATENCY]), self._velocities
+        joint.robots[:, :2] -= clock * velocities
+        self._shown = clock, velocities
+        self._by_clock(-1.0)
+
+    def settle(self) -> None:
+        """Bring the robots back to the fleet's time, after the updates of an image."""
+        if self._shown is None:
+            return
+        self._by_clock(1.0)
+        joint = self.joint
+        joint.robots[:, :2] += float(joint.mean[LATENCY]) * self._velocities
+        self._shown = None
+
+    def _by_clock(self, sign: float) -> None:
+        """Let positions' errors change by those of velocities and the active drone's clock."""
+        assert self._shown is not None  # noqa: S101 - its callers set it
+        clock, velocities = self._shown
+        P, n = self.joint.covariance, len(velocities)
+        for rows in (P, self._cross):
+            down = rows[COUNT:].reshape(n, 4, -1)
+            down[:, :2] += sign * (clock * down[:, 2:] + velocities[..., None] * rows[LATENCY])
+        across, by_clock = P[:, COUNT:].reshape(-1, n, 4), P[:, LATENCY, None]
+        for axis in (0, 1):
+            more = clock * across[:, :, axis + 2] + by_clock * velocities[:, axis]
+            across[:, :, axis] += sign * more
+
     def _carry(self, drone: int) -> None:
         """Carry the covariance of the robots that the active drone measured last."""
         mine, base, joint = self.seen_by == drone, self.bases[drone], self.joint
         if not mine.any():
             return
         now = seen_from(joint, base.camera)
-        mine &= ~np.isnan(self._by_pose[:, 0, 0])
         change = np.zeros((len(joint), 4, COUNT))
-        change[mine] = (now[mine] - self._by_pose[mine]) @ base.by_errors
+        # What it saw at its own time is elsewhere at the fleet's by its clock and the velocity.
+        change[mine, :2, LATENCY] = self._velocities[mine] - self._moving[mine]
+        self._moving[mine] = self._velocities[mine]
+        mine &= ~np.isnan(self._by_pose[:, 0, 0])
+        change[mine] += (now[mine] - self._by_pose[mine]) @ base.by_errors
         joint.carry(change)
         self._cross[COUNT:] += change.reshape(-1, COUNT) @ self._cross[:COUNT]
         self._by_pose[mine] = now[mine]
@@ -263,6 +328,8 @@ class SharedState:
         used = outcome.slots
         self.seen_by[used] = self.active
         self._by_pose[used] = joint.by_pose[used]
+        if self._shown is not None:
+            self._moving[used] = self._shown[1][used]
         if not self._others or not len(used):
             return outcome
         places = before[COUNT:].reshape(-1, 4)[used, :2]
@@ -271,6 +338,7 @@ class SharedState:
         by_active = dtrsm(1.0, root, _observed(linear, used, P), lower=1)
         by_others = dtrsm(1.0, root, _observed(linear, used, self._cross), lower=1)
         self._pass_on(by_active, by_others, joint.mean - before)
+        joint.covariance[LATENCY, LATENCY] -= by_active[:, LATENCY] @ by_active[:, LATENCY]
         return outcome
 
     def _pass_on(self, by_active: Array, by_others: Array, moved: Array) -> None:
@@ -281,14 +349,12 @@ class SharedState:
             by_others: (m, k) the same with the other drones' errors.
             moved: (d,) by how much the active part's mean was corrected.
         """
-        known = np.arange(len(moved)) != LATENCY  # considered, not estimated
+        known = np.arange(len(moved)) != LATENCY  # only considered by `update.correct`
         white = np.linalg.lstsq(by_active[:, known].T, moved[known], rcond=None)[0]
-        late = np.arange(len(self._mean)) % COUNT == LATENCY
-        self._mean += np.where(late, 0.0, white @ by_others)
+        self.joint.mean[LATENCY] += white @ by_active[:, LATENCY]
+        self._mean += white @ by_others
         self._cross -= by_active.T @ by_others
-        reduction = by_others.T @ by_others
-        reduction[np.ix_(late, late)] = 0.0
-        self._own -= reduction
+        self._own -= by_others.T @ by_others
 
     def begin(
         self, rows: Indices, pixels: Array, sight: CameraView, model: PlatformModel, speed: float,
@@ -325,6 +391,11 @@ class SharedState:
         self.seen_by = np.concatenate([self.seen_by, np.full(m, self.active, np.intp)])
         fresh = np.full((m, 4, POSE_COUNT), np.nan)  # nothing to carry before their next image
         self._by_pose = np.concatenate([self._by_pose, fresh])
+        self._moving = np.concatenate([self._moving, np.zeros((m, 2))])
+        self._moves = np.concatenate([self._moves, np.zeros(m, np.bool_)])
+        if self._shown is not None:
+            clock, velocities = self._shown
+            self._shown = clock, np.concatenate([velocities, np.zeros((m, 2))])
 
     def linearise_at(self, drone: int, positions: Array) -> None:
         """Make a drone active and set the estimate, for derivatives at the truth of its image.
@@ -346,6 +417,9 @@ class SharedState:
         self.joint.drop(slots)
         self._cross = self._cross[np.concatenate([np.ones(COUNT, np.bool_), np.repeat(kept, 4)])]
         self.seen_by, self._by_pose = self.seen_by[kept], self._by_pose[kept]
+        self._moving, self._moves = self._moving[kept], self._moves[kept]
+        if self._shown is not None:
+            self._shown = self._shown[0], self._shown[1][kept]
 
     def apart(self, first: int, second: int, sigma: float) -> float:
         """Return the squared Mahalanobis distance of two robots; see `tie`."""
@@ -412,6 +486,22 @@ def seen_from(joint: JointState, camera: Array) -> Array:
     points = on_water_surface(joint.robots[:, :2])
     points[:, 2] -= joint.mean[2]
     return state_jacobian(np.concatenate([points - camera, joint.robots[:, 2:]], axis=1))
+
+
+def moving(joint: JointState, before: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which robots (n,) surely move.
+
+    One that stays would tell of a clock by the noise of its estimated velocity.
+
+    Args:
+        joint: their state.
+        before: (n,) which did; they do until they stand.
+    """
+    speeds = np.sqrt(np.square(joint.robots[:, 2:]).sum(axis=1))
+    sigmas = np.sqrt(joint.covariance.diagonal()[COUNT:].reshape(-1, 4)[:, 2:].sum(axis=1))
+    begins = (speeds > TUNING.moves_mps) & (speeds > TUNING.moves_sigmas * sigmas)
+    found: NDArray[np.bool_] = begins | (before & (speeds > TUNING.stands_mps))
+    return found
 
 
 def white_on_water(linear: Linear, model: PlatformModel, level: float = 1.0) -> Array:
