@@ -114,7 +114,8 @@ def learn(project: Path, plan: Plan, progress: Progress) -> Learnt:
         progress: reports long work.
 
     Raises:
-        InputError: too few boxes of a class, or no images in the folder of water.
+        InputError: too few boxes of a class, robots that do not stand out from the water, or no
+            images in the folder of water.
         ModelError: torch or onnx is missing.
         OutputError: a result cannot be written.
     """
@@ -145,6 +146,7 @@ def learn(project: Path, plan: Plan, progress: Progress) -> Learnt:
     examples = _examples(
         "examples", rng, _some(learning, _MOST_IMAGES), waters, _VARIANTS, terms, progress
     )
+    _check_seen(examples, names, project)
     aside = _examples(
         "examples kept aside", rng, _some(stopping, _MOST_STOPPING), [], _STOPPING_VARIANTS, terms,
         progress,
@@ -192,6 +194,16 @@ def _check(images: Sequence[LabelledImage], names: Sequence[str]) -> None:
             f"too few labels to train on: {', '.join(poor)} in the part that is learnt from; mark "
             f"it in more frames, until there are {FEWEST} at the least."
         )
+
+
+def _check_seen(examples: Examples, names: Sequence[str], project: Path) -> None:
+    for name, count in zip(names, examples.wanted.sum(axis=0), strict=True):
+        if count < FEWEST:
+            raise InputError(
+                f"only {counted(int(count), 'box')} of {name} found: its colours are too much like "
+                f"the water's for this detector; train a larger network on {project / FOLDER} "
+                "(aerial-gnss train)."
+            )
 
 
 def _train(

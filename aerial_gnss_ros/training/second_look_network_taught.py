@@ -102,7 +102,7 @@ def _loss(network: Network, inputs: tuple[Any, Any], wanted: Any) -> float:
         robot = wanted.amax(1) > 0
         each = functional.binary_cross_entropy_with_logits(odds, wanted, reduction="none").sum(1)
         parts = [each[kind].mean() for kind in (robot, ~robot) if bool(kind.any())]
-        return float(torch.stack(parts).mean())
+        return float(torch.stack(parts).mean()) if parts else 0.0
 
 
 def _store(path: Path, state: dict[str, Any]) -> None:

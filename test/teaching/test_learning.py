@@ -103,6 +103,22 @@ def test_too_few_labels_are_said_before_anything_is_computed(work, monkeypatch):
 
 
 @pytest.mark.usefixtures("with_torch")
+def test_robots_that_do_not_stand_out_are_said(tmp_path, monkeypatch):
+    """Labels on plain water: what is no proposal cannot be learnt."""
+    rng = np.random.default_rng(1)
+    for kind in ("images", "labels"):
+        (tmp_path / "dataset" / kind / "train").mkdir(parents=True)
+    for i in range(20):
+        image = rng.normal(90.0, 3.0, (240, 320, 3)).astype(np.uint8)
+        cv2.imwrite(str(tmp_path / f"dataset/images/train/{i:02d}.png"), image)
+        (tmp_path / f"dataset/labels/train/{i:02d}.txt").write_text("0 0.5 0.5 0.1 0.1\n")
+    (tmp_path / "dataset/data.yaml").write_text("train: images/train\nnames: {0: fin}\n")
+    monkeypatch.setattr(learning, "_train", lambda *_args: pytest.fail("trained"))
+    with pytest.raises(InputError, match=r"only 0 boxes of fin found: its colours are too much"):
+        learn(tmp_path, Plan(), _quiet)
+
+
+@pytest.mark.usefixtures("with_torch")
 def test_a_folder_without_water_is_refused(work, tmp_path):
     (tmp_path / "dry").mkdir()
     with pytest.raises(InputError, match="dry has no images"):
