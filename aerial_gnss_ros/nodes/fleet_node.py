@@ -34,6 +34,7 @@ from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import ONCE
 from aerial_gnss_ros.nodes.on_demand import LOOK_S, OnDemandTopic
+from aerial_gnss_ros.nodes.overdue import Overdue
 from aerial_gnss_ros.nodes.positions import PositionTopics
 from aerial_gnss_ros.nodes.ros_messages import message
 from aerial_gnss_ros.nodes.schemas import FLEET
@@ -71,6 +72,7 @@ class FleetNode(SupervisedNode):
         self._overviews = OnDemandTopic(overviews, self._overview_message)
         self._requests: dict[str, Publisher] = {}
         self._stamp_ns = self._results = 0
+        self._overdue = Overdue()
         for source in config.drones:
             self._hear(source)
         self.every(ADVANCE_S, self._advance)
@@ -122,7 +124,22 @@ class FleetNode(SupervisedNode):
         if result is not None:
             self._results += 1
             self._stamp_ns = result.stamp_ns
+            self._overdue.processed(result.stamp_ns, self._passing_ns())
+        else:
+            result = self._predicted()
+        if result is not None:
             self._overviews.keep(self._positions.send(result))
+
+    def _predicted(self) -> FrameResult | None:
+        """Return predicted positions while all drones are silent, so that no message grows old."""
+        stamp_ns = self._overdue.due(self._passing_ns())
+        if stamp_ns is None or not self._positions.departures.present:
+            return None
+        return self._shore.predicted(stamp_ns)
+
+    def _passing_ns(self) -> int:
+        """Return a time for differences: simulated time, or else a clock that is never stepped."""
+        return self.now_ns() if self.get_clock().ros_time_is_active else self.steady_ns()
 
     def _overview_message(self, result: FrameResult) -> Any:
         """Return a result with all drones as JSON text for the page, by this node's clock."""
@@ -155,9 +172,13 @@ class FleetNode(SupervisedNode):
             **{f"refused_{reason}": count for reason, count in sorted(history.refused.items())},
         }
         words = counted(robots, "robot") if self._results else "no image yet"
+        silent_s = self._overdue.seconds(self._passing_ns())
+        if silent_s:
+            words = f"no image of any drone for {silent_s:.0f} s: {words} predicted"
         if history.failure:
             return [*lines, Status("positions", WARN, f"{words}; {history.failure}", values)]
-        return [*lines, Status("positions", OK if self._results else STALE, words, values)]
+        level = WARN if silent_s else OK if self._results else STALE
+        return [*lines, Status("positions", level, words, values)]
 
 
 def _drone_status(link: Link) -> Status:

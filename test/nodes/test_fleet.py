@@ -24,10 +24,11 @@ from aerial_gnss_ros.bags.writer import BagWriter
 from aerial_gnss_ros.cli import main
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.fleet.agreement import DroneReport
+from aerial_gnss_ros.core.fleet.clocks import ClockOffset
 from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import ConfigError
-from aerial_gnss_ros.core.values.estimates import MapDatum
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.diagnostics import WARN
 from aerial_gnss_ros.nodes.fleet_node import FleetNode
@@ -233,6 +234,27 @@ def test_what_is_wrong_with_a_drone_is_said_and_the_other_goes_on(ros, tmp_path)
     assert "its compass is wrong" in said(node)["drone a"].message
     link.update.report = replace(report, fault="")
     assert "contradicts the others" in said(node)["drone a"].message
+    link.update.report = replace(report, fault="", clock=ClockOffset(0.3, 0.01))
+    assert "its clock is 0.30 s ahead of the others'" in said(node)["drone a"].message
+
+
+def test_while_all_drones_are_silent_predictions_are_published_once_a_second(ros, tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_text("fleet: {ros__parameters: {drones: [a, b]}}", encoding="utf-8")
+    node = ros.add(FleetNode(Given(files=[path])))
+    told = []
+    node._positions = SimpleNamespace(departures=SimpleNamespace(present=[1]), send=told.append)
+    node._overviews = SimpleNamespace(keep=lambda _result: None)
+    node._shore = SimpleNamespace(
+        follow_clock=lambda _now: False, advance=lambda: None,
+        predicted=lambda stamp_ns: FrameResult(stamp_ns, "", (), (), None),
+    )  # fmt: skip
+    node._advance()
+    assert not told
+    node._overdue.processed(10**18, node._passing_ns() - 5 * 10**9)
+    node._advance()
+    node._advance()
+    assert [round(1e-9 * (one.stamp_ns - 10**18)) for one in told] == [5]
 
 
 @pytest.mark.usefixtures("ros")

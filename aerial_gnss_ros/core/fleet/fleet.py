@@ -10,6 +10,7 @@ itself. Sightings are given in the order of time.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -118,6 +119,19 @@ class Fleet:
         self._names = Names()
         self._now_ns: int | None = None
 
+    def follow(self, former: Fleet) -> None:
+        """Go on with the names of a fleet of which this one is made again, with all its drones."""
+        numbers = {k: self._number[one.name] for k, one in enumerate(former._drones)
+                   if one.name in self._number}  # fmt: skip
+        names = {
+            (numbers[drone], label): robot.name
+            for robot in former.robots
+            if robot.name
+            for drone, label in robot.labels.items()
+            if drone in numbers
+        }
+        self._names.follow(former._names.taken, names)
+
     @property
     def _stationary(self) -> list[Array]:
         return [one.stationary for one in self._drones]
@@ -147,6 +161,25 @@ class Fleet:
         check_covariance(self.state.joint.covariance, "robots and platform")
         check_robots(self.state.joint.robots, "robots")
         return self._result(drone, seen)
+
+    def predicted(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
+        """Return the robots predicted without an image; the state is not changed.
+
+        Args:
+            stamp_ns: time of the prediction, on the images' clock, ns.
+        """
+        last = [one.last for one in self._drones if one.last is not None]
+        if not last:
+            return ()
+        newest = max(last, key=lambda seen: seen.pose.stamp_ns)
+        scene_ns = newest.pose.stamp_ns + stamp_ns - newest.stamp_ns
+        seen = replace(newest, stamp_ns=stamp_ns, pose=replace(newest.pose, stamp_ns=scene_ns))
+        return copy.deepcopy(self).coast(seen)
+
+    def coast(self, seen: Sighting) -> tuple[RobotEstimate, ...]:
+        """Predict to the time of a sighting without it; return the robots there."""
+        self._predict(seen.pose.stamp_ns)
+        return self._published(seen)
 
     def _predict(self, stamp_ns: int) -> None:
         """Predict to the time of a scene and drop robots unseen for too long."""
@@ -316,12 +349,16 @@ class Fleet:
                 return robot
         return None
 
+    def _published(self, seen: Sighting) -> tuple[RobotEstimate, ...]:
+        """Return the robots at the time of a sighting."""
+        estimates = published(self.state.joint, self.robots, self._drones, seen, self.local)
+        depth_m = self._config.depth.sigma_m
+        return inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m)
+
     def _result(self, drone: int, seen: Sighting) -> FleetUpdate:
         """Return the robots as published, and what is to be said of the drone."""
         one, several = self._drones[drone], len(self._drones) > 1
-        joint, now_ns = self.state.joint, seen.pose.stamp_ns
-        estimates = published(joint, self.robots, self._drones, seen, self.local)
-        depth_m = self._config.depth.sigma_m
+        now_ns = seen.pose.stamp_ns
         platform = [
             replace(error, name=f"{each.name} {_NAMES.get(error.name, error.name)}")
             if several
@@ -341,7 +378,7 @@ class Fleet:
             clock_offset(self.state, drone, len(self._drones)),
         )  # fmt: skip
         return FleetUpdate(
-            inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m),
+            self._published(seen),
             tuple(platform),
             report,
             {robot.labels[drone]: robot.name for robot in known},

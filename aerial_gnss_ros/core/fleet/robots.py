@@ -179,9 +179,31 @@ class Names:
 
     def __init__(self) -> None:
         self._registry = LabelRegistry()
+        self._former: dict[tuple[int, str], str] = {}
+
+    @property
+    def taken(self) -> set[str]:
+        """Names issued so far."""
+        return self._registry.taken
+
+    def follow(self, taken: set[str], former: dict[tuple[int, str], str]) -> None:
+        """Go on with the names of a fleet that begins anew.
+
+        Args:
+            taken: names that it has issued, which mean no other robots now.
+            former: its names, by number of a drone and that one's own name.
+        """
+        self._former = dict(former)
+        for name in taken:
+            self._registry.reserve(name)
 
     def issue(self, robot: FleetRobot) -> str:
         """Return a name for a robot."""
+        for key in robot.labels.items():
+            if key in self._former:
+                name = self._former[key]
+                self._former = {k: other for k, other in self._former.items() if other != name}
+                return name
         for label in robot.labels.values():
             if label not in self._registry.taken:
                 self._registry.reserve(label)

@@ -158,6 +158,7 @@ class Shore:
         if self.history is None:
             self.history = History(fleet, list(configs), self._clock)
         else:
+            fleet.follow(self.history.fleet)
             self.history.start_again(fleet, list(configs))
 
     def _known(self) -> list[Link]:
@@ -194,7 +195,11 @@ class Shore:
         reason, words = self._trouble(link, sent, self._local)
         if not reason and not self.history.add(sent):
             reason = "too_late"
-            words = f"it is older than the {HISTORY.kept_s:.0f} s that are kept"
+            late_s = (now_ns - scene_ns) / SECOND_NS
+            words = (
+                f"it is older than the {HISTORY.kept_s:.0f} s that are kept, and {late_s:.0f} s "
+                "old by this computer's clock: the drone's clock may be behind"
+            )
         if reason:
             raise _refusal(link, reason, words)
         if scene_ns > link.newest_ns:
@@ -257,6 +262,17 @@ class Shore:
             boxes=len(seen.pixels),
             used=len(seen.pixels),
         )
+
+    def predicted(self, stamp_ns: int) -> FrameResult | None:
+        """Return the robots predicted without an image; None before the first one.
+
+        Args:
+            stamp_ns: time of the prediction, on the images' clock, ns.
+        """
+        if self.history is None or self.datum is None:
+            return None
+        estimates = self.history.fleet.predicted(stamp_ns)
+        return FrameResult(stamp_ns, "", estimates, (), self.datum)
 
 
 def _refusal(link: Link, reason: str, words: str) -> InputError:

@@ -137,6 +137,38 @@ def test_a_robot_that_no_drone_sees_coasts_and_ends(two_rtk):
     assert states == [{State.CONFIRMED}, {State.COASTING}, set()]
 
 
+def test_while_all_drones_are_silent_robots_are_predicted_and_end(two_rtk):
+    fleet, updates = two_rtk.together()
+    last = updates[-1][2].estimates
+    stamp_ns, coast_s = last[0].stamp_ns, two_rtk.configs["a"].tracks.coast_s
+    for seconds in (3.0, 8.0):
+        later = fleet.predicted(stamp_ns + round(seconds * 1e9))
+        assert [one.robot_id for one in later] == [one.robot_id for one in last]
+        assert {one.state for one in later} == {State.COASTING}
+        for one, before in zip(later, last, strict=True):
+            expected = before.position + seconds * before.velocity
+            assert np.linalg.norm(one.position - expected) < 0.2 * seconds
+            assert one.sigma > before.sigma + 0.01 * seconds
+            assert one.stamp_ns == stamp_ns + round(seconds * 1e9)
+    assert fleet.predicted(stamp_ns + round((coast_s + 1.0) * 1e9)) == ()
+    again = fleet.predicted(stamp_ns)
+    for one, before in zip(again, last, strict=True):  # the state has not changed
+        np.testing.assert_array_equal(one.position, before.position)
+    assert Fleet(two_rtk.configs, two_rtk.local).predicted(stamp_ns) == ()
+
+
+def test_a_fleet_that_is_made_again_keeps_its_names(two_rtk):
+    fleet, _ = two_rtk.together()
+    for robot, name in zip(fleet.robots, ("x", "y", "z"), strict=True):
+        robot.name = name
+    names = {label: robot.name for robot in fleet.robots for label in [robot.labels[1]]}
+    anew = Fleet({name: two_rtk.configs[name] for name in "ba"}, two_rtk.local)
+    anew.follow(fleet)
+    for seen in two_rtk.sightings["b"]:
+        update = anew.update("b", seen)
+    assert update.names == names
+
+
 def moved(seen, seconds):
     """Return a sighting some time later."""
     step = round(seconds * 1e9)

@@ -23,6 +23,17 @@ def test_a_drone_s_own_name_is_used_where_it_is_free():
     assert names.issue(robot(4, 1, "aqua_7")) == "aqua_7"
 
 
+def test_names_of_a_fleet_that_begins_anew_go_on():
+    names = Names()
+    former = {(0, "aqua_1"): "aqua_5", (1, "aqua_4"): "aqua_5", (1, "aqua_1"): "aqua_2"}
+    names.follow({"aqua_5", "aqua_2", "aqua_9"}, former)
+    assert names.issue(robot(1, 1, "aqua_1")) == "aqua_2"
+    assert names.issue(robot(2, 1, "aqua_4")) == "aqua_5"
+    assert names.issue(robot(3, 0, "aqua_1")) == "aqua_1"  # the other record has its name
+    assert names.issue(robot(4, 0, "aqua_9")) == "aqua_3"  # was another robot
+    assert names.taken == {"aqua_1", "aqua_2", "aqua_3", "aqua_5", "aqua_9"}
+
+
 def test_robots_that_are_one_keep_the_older_name_and_both_labels():
     for younger_first in (False, True):
         old, new = robot(10, 0, "aqua_1", 1.0), robot(20, 1, "aqua_3", 4.0)

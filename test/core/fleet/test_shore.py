@@ -116,6 +116,26 @@ def test_a_changed_parameter_counts_from_now_on_only_if_the_fleet_uses_it(shore)
     assert shore.history.fleet is not fleet
 
 
+def test_positions_go_on_without_images_and_names_through_new_parameters(shore, flown):
+    _, sent, _ = flown
+    assert shore.predicted(0).estimates == ()
+    for one in [*sent["a"], *sent["b"]]:
+        give(shore, one)
+    last = shore.advance()
+    stamp_ns = last.stamp_ns + 3 * SECOND_NS
+    later = shore.predicted(stamp_ns)
+    assert (later.stamp_ns, later.datum) == (stamp_ns, last.datum)
+    assert [one.robot_id for one in later.estimates] == [one.robot_id for one in last.estimates]
+    for one, before in zip(later.estimates, last.estimates, strict=True):
+        assert one.sigma > before.sigma
+    for robot in shore.history.fleet.robots:
+        robot.name = robot.name.replace("aqua", "robot")
+    shore.describe("b", "b", estimator_config({"noise.set": "rtk"}), None)
+    anew = shore.advance()
+    assert {one.robot_id for one in anew.estimates} == {f"robot_{k}" for k in (1, 2, 3)}
+    assert Shore(["b"], 0.5, None, Clock()).predicted(0) is None
+
+
 def refused(shore, sent, delay_ns=0):
     with pytest.raises(InputError) as error:
         give(shore, sent, delay_ns)
