@@ -25,8 +25,8 @@ LIMITS = {
     "DJI_0011_d3": (0.85, 2.0),
     "DJI_0032": (0.7, 1.4),
     "DJI_0063": (0.85, 1.1),
-    "NorthSea_Fri_DJI_0113": (0.8, 1.8),
-    "NorthSea_Fri_DJI_0114": (0.4, 1.5),
+    "NorthSea_Fri_DJI_0113": (0.85, 1.2),
+    "NorthSea_Fri_DJI_0114": (0.5, 1.3),
     "NorthSea_Fri_DJI_0116": (0.4, 2.5),
     "NorthSea_Sat_DJI_0122": (0.8, 1.2),
     "NorthSea_Thu_DJI_0107": (0.55, 1.8),
@@ -34,7 +34,7 @@ LIMITS = {
 }
 """Least share of the boxes steeper than 15 deg that are used, and most names an object, by flight:
 what is reached, with room."""
-SPREAD_M = (1.5, 3.0)
+SPREAD_M = (1.5, 4.0)
 """Median and 90 % of the spread of the buoys seen steeply from NorthSea_Fri_DJI_0113, m."""
 HEAD = (
     "frame_no,t_s,latitude_deg,longitude_deg,height_above_takeoff_m,compass_heading_deg,"

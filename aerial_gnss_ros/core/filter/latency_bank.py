@@ -4,7 +4,8 @@
 
 With the right latency robots stay or move smoothly; with a wrong one they seem to move with the
 drone. Each filter tracks each robot separately (position and velocity in `map`, an extended Kalman
-filter on pixels) and treats the platform's slow errors as process noise of the robot. Errors common
+filter on pixels) and treats the platform's slow errors as process noise of the robot: by how much
+they change, and by how much a camera that moves shows robots elsewhere with them. Errors common
 to all robots therefore count once: the cost is the mean over robots, not the sum.
 """
 
@@ -45,9 +46,9 @@ class LatencyBankTuning:
     """Normalised residual beyond which a box is down-weighted (Huber). Judged."""
     out_of_view_cost: float = 30.0
     """Cost of a latency that puts a detected robot out of view. Judged."""
-    lost_squared: float = 100.0
-    """Normalised squared residual from which a robot begins anew at its box: what jumped once costs
-    once. Judged."""
+    lost_squared: float = 40.0
+    """Normalised squared residual from which a robot begins anew at its box: what jumped, or began
+    to turn by itself, costs once, and at all latencies alike. Judged."""
     most_squared: float = 25.0
     """Upper bound of a normalised squared residual when the noise level is judged. Judged."""
 
@@ -110,6 +111,7 @@ class LatencyBank:
         self._seen_ns: dict[str, int] = {}  # in the order of the robots in the arrays
         self._state = np.zeros((self._count, 0, 4))
         self._covariance = np.zeros((self._count, 0, 4, 4))
+        self._views: Views | None = None
 
     def update(
         self,
@@ -134,6 +136,7 @@ class LatencyBank:
         views = Views(positions, rotations @ FLU_FROM_OPTICAL, interpolation)
         if self._seen_ns and passed > 0.0:
             self._predict(passed, now.fix_covariance, views, rotations)
+        self._views = views
         names = list(self._seen_ns)
         known = [name for name in names if name in now.pixels]
         fit = None
@@ -168,13 +171,17 @@ class LatencyBank:
         P[..., :2] += passed * P[..., 2:]
         noise = np.array([[passed**3 / 3.0, passed**2 / 2.0], [passed**2 / 2.0, passed]])
         P += np.kron(q * noise, np.eye(2))
+        by_errors = np.eye(6)
+        by_errors[3:, 3:] = level_axes(rotations[len(rotations) // 2])
+        moved = by_pose(views.offsets(x[..., :2])) @ by_errors
+        slow = self._model.stationary(fix_covariance)[:LATENCY, :LATENCY]
         time = self._model.correlation_time_s
         if time > 0.0:
-            by_errors = np.eye(6)
-            by_errors[3:, 3:] = level_axes(rotations[len(rotations) // 2])
-            moved = by_pose(views.offsets(x[..., :2])) @ by_errors
-            slow = self._model.stationary(fix_covariance)[:LATENCY, :LATENCY]
             P[..., :2, :2] += moved @ slow @ moved.swapaxes(2, 3) * (2.0 * passed / time)
+        if self._views is not None:
+            # Errors that last show places elsewhere as soon as the camera moves.
+            change = moved - by_pose(self._views.offsets(x[..., :2])) @ by_errors
+            P[..., :2, :2] += change @ slow @ change.swapaxes(2, 3)
 
     def _correct(
         self, camera: CameraModel, slots: list[int], pixels: Array, views: Views

@@ -15,9 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
-from aerial_gnss_ros.core.filter.latency_views import Views
+from aerial_gnss_ros.core.filter.latency_views import Views, by_pose
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
+from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import inverse
 
 Array = NDArray[np.float64]
@@ -48,12 +50,14 @@ class Reappearance:
 
     def __init__(self, model: PlatformModel, motion: MotionModel) -> None:
         self._model, self._speed = model, motion.speed_sigma
+        self._slow = model.nominal[:LATENCY, :LATENCY]
         self.reset()
 
     def reset(self) -> None:
         """Forget the last image."""
         self._places: Array | None = None
         self._shown: NDArray[np.bool_] | None = None
+        self._views: Views | None = None
 
     def update(
         self, camera: CameraModel, pixels: Array, passed: float, views: Views
@@ -72,9 +76,10 @@ class Reappearance:
         apart = None
         if self._places is not None and 0.0 < passed <= TUNING.apart_s:
             apart = self._apart(camera, pixels, passed, views)
-        self._places = self._shown = None
+        self._places = self._shown = self._views = None
         if len(pixels):
             self._places, self._shown = views.places(camera, pixels[: TUNING.most_places])
+            self._views = views
         return apart
 
     def _apart(
@@ -82,11 +87,17 @@ class Reappearance:
     ) -> tuple[Array, Array]:
         assert self._places is not None  # noqa: S101 - see `update`
         assert self._shown is not None  # noqa: S101
+        assert self._views is not None  # noqa: S101
         places = np.where(self._shown[..., None], self._places, 0.0)
         predicted, by_place, noise, ahead = views.measured(camera, places, self._model.white)
         inside = camera.inside(predicted.reshape(-1, 2)).reshape(ahead.shape)
         expected = self._shown & ahead & inside
-        spread = (self._speed * passed) ** 2 * by_place @ by_place.swapaxes(2, 3) + 2.0 * noise
+        # Errors that last show places elsewhere as soon as the camera moves.
+        change = by_pose(views.offsets(places)) - by_pose(self._views.offsets(places))
+        change[..., 3:] @= level_axes(views.optical[len(views.optical) // 2] @ FLU_FROM_OPTICAL.T)
+        elsewhere = change @ self._slow @ change.swapaxes(2, 3)
+        elsewhere[..., (0, 1), (0, 1)] += (self._speed * passed) ** 2
+        spread = by_place @ elsewhere @ by_place.swapaxes(2, 3) + 2.0 * noise
         spread[..., (0, 1), (0, 1)] += 2.0 * self._model.pixel
         squared = np.full(expected.shape, np.inf)
         if len(pixels):

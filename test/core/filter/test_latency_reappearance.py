@@ -29,7 +29,7 @@ def views(*east):
 
 @pytest.fixture
 def seen(sea):
-    model = SimpleNamespace(white=np.zeros(6), pixel=1.0)
+    model = SimpleNamespace(white=np.zeros(6), pixel=1.0, nominal=np.zeros((7, 7)))
     found = Reappearance(model, MotionModel(0.0, SPEED_MPS))
 
     def show(pixels, view, passed=STEP_S):
