@@ -42,7 +42,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="second_look", description=__doc__)
     parser.add_argument("model", help="the detector: path of a model, or the name of a shipped one")
     parser.add_argument(
-        "folders", type=Path, nargs="+", help="labelled images (train, test or val) or flights"
+        "folders", type=Path, nargs="*", help="labelled images (train, test or val) or flights"
     )
     parser.add_argument(
         "--times", nargs="+", action="append", default=[], metavar="N FOLDER",
@@ -56,8 +56,11 @@ def _parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .onnx file to write")
     parser.add_argument(
-        "--steps", type=int, default=12000, help="number of steps of 128 boxes (default 12000)"
-    )
+        "--steps", type=int, default=12000,
+        help=
+                "number of steps of 128 boxes (default 12000); 0: only choose the weight and shift "
+                "of --start for this detector, without learning",
+    )  # fmt: skip
     parser.add_argument("--start", type=Path, help="second look to go on from (default: none)")
     parser.add_argument(
         "--to-score", type=float, default=Terms.to_score,
@@ -76,7 +79,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _train(given: argparse.Namespace) -> None:
     try:
-        from aerial_gnss_ros.training.second_look_network import write
+        from aerial_gnss_ros.training.second_look_network import Network, fill, write
         from aerial_gnss_ros.training.second_look_network_fit import fit
     except ImportError as error:
         raise ModelError(
@@ -84,8 +87,8 @@ def _train(given: argparse.Namespace) -> None:
             f"{install_hint('ultralytics')}."
         ) from error
     refuse_existing(given.output)
-    if given.steps < 1:
-        raise ConfigError(f"--steps must be 1 or more, got {given.steps}.")
+    if given.steps < 0 or (given.steps == 0 and given.start is None):
+        raise ConfigError(f"--steps must be 1 or more, or 0 with --start, got {given.steps}.")
     parts = [(1.0, given.folders), *map(_counted, given.times)]
     if given.least_recall is not None and len(given.least_recall) != len(given.held_out):
         raise ConfigError(
@@ -103,17 +106,21 @@ def _train(given: argparse.Namespace) -> None:
             second_look="off", threads=given.threads,
         )
     )  # fmt: skip
-    proposals = joined(
-        part.times(weight)
-        for weight, folders in parts
-        for part in _gathered(detector, folders, terms)
-    )
-    sys.stdout.write(
-        f"{counted(len(proposals), 'box')}, {int(proposals.is_robot.sum())} on robots\n"
-    )
-    network = fit(
-        proposals, terms, given.steps, given.seed, given.threads, _tell, given.start
-    )  # fmt: skip
+    if given.steps:
+        proposals = joined(
+            part.times(weight)
+            for weight, folders in parts
+            for part in _gathered(detector, folders, terms)
+        )
+        sys.stdout.write(
+            f"{counted(len(proposals), 'box')}, {int(proposals.is_robot.sum())} on robots\n"
+        )
+        network = fit(
+            proposals, terms, given.steps, given.seed, given.threads, _tell, given.start
+        )  # fmt: skip
+    else:
+        network = Network().eval()
+        fill(network, given.start)
     with partial(given.output) as file:
         write(network, terms, Share(), file)
         second = SecondLook(file, given.threads)

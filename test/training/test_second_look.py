@@ -149,6 +149,16 @@ def test_the_command_writes_a_file_or_nothing(tmp_path, capsys):
     assert main([*on, "--start", str(output), "--to-score", "1", "--least-recall", "0"]) == 0
     assert "0.000 false boxes an image" in capsys.readouterr().out
     assert SecondLook(further).terms == Terms(to_score=1.0)
+    chosen = tmp_path / "chosen.onnx"  # for another detector: nothing is learnt
+    same = [str(model), "--held-out", str(second), "-o", str(chosen), "--steps", "0"]
+    assert main([*same, "--start", str(further)]) == 0
+    assert "the second look counting" in capsys.readouterr().out
+    onnx = pytest.importorskip("onnx")
+    weights = [
+        {item.name: item.raw_data for item in onnx.load(file).graph.initializer}
+        for file in (further, chosen)
+    ]
+    assert weights[0]["network.head.0.weight"] == weights[1]["network.head.0.weight"]
     assert main(command) == 2
     assert "exists already" in capsys.readouterr().err
     output.unlink()

@@ -55,6 +55,9 @@ class Track:
         entered_view: whether its first box was at the edge of the image: it entered the view.
         pending_boxes: stamp (ns), u and v (px) of its boxes while it has no label.
         near_misses: unassociated boxes near its gate while it has no label.
+        inherited_ns: stamp of the first box of the robot whose label it has inherited, ns; 0: none.
+        score_sum: sum of the scores of its boxes while it has no label.
+        score_count: number of these boxes.
         rejection_cause: cause of `rejected`, if it ends without a label.
         innovations: of the last three images with a box near its gate, see
             `NoiseLevel.update`.
@@ -85,6 +88,9 @@ class Track:
     leaving_view: bool = False
     pending_boxes: tuple[tuple[int, float, float], ...] = ()
     near_misses: int = 0
+    inherited_ns: int = 0
+    score_sum: float = 0.0
+    score_count: int = 0
     rejection_cause: Cause = Cause.TOO_FAST
     innovations: Innovations = NO_INNOVATIONS
     previous_label: str = ""
@@ -93,7 +99,7 @@ class Track:
 
     def inherit_label(self, other: Track) -> None:
         """Take over the label of the robot that this track continues."""
-        self.robot_id = other.robot_id
+        self.robot_id, self.inherited_ns = other.robot_id, other.since_ns
         self.speed_history, self.speed_history_count = (
             other.speed_history,
             other.speed_history_count,
@@ -104,9 +110,23 @@ class Track:
         if other.first_seen_ns < self.first_seen_ns:
             self.first_seen_ns, self.entered_view = other.first_seen_ns, other.entered_view
         self.hits = tuple(sorted({*self.hits, *other.hits}))
+        self.score_sum, self.score_count = (
+            self.score_sum + other.score_sum,
+            self.score_count + other.score_count,
+        )
         self.label_pending |= other.label_pending
         self.pending_boxes, other.pending_boxes = self.pending_boxes + other.pending_boxes, ()
         self.label_evidence = self.label_evidence or other.label_evidence
+
+    @property
+    def since_ns(self) -> int:
+        """Return the stamp of the first box of its robot, ns."""
+        return self.inherited_ns or self.first_seen_ns
+
+    @property
+    def mean_score(self) -> float:
+        """Mean score of its boxes while it has no label; 1 without any."""
+        return self.score_sum / self.score_count if self.score_count else 1.0
 
     def swap_labels(self, other: Track) -> None:
         """Exchange the labels of two tracks that association had exchanged."""

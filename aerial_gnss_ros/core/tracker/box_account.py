@@ -70,12 +70,16 @@ class BoxAccount:
             measured: boxes by row.
             boxes: of the image.
         """
-        centers = boxes.centers.tolist()
+        centers, scores = boxes.centers.tolist(), boxes.scores.tolist()
         for row, index in measured.items():
             track = tracks[row]
             if track.robot_id:
                 self._used += 1
                 continue
+            track.score_sum, track.score_count = (
+                track.score_sum + scores[index],
+                track.score_count + 1,
+            )
             u, v = centers[index]
             track.pending_boxes = (*track.pending_boxes, (boxes.stamp_ns, u, v))
             if len(track.pending_boxes) > TUNING.most_pending:

@@ -4,8 +4,9 @@
 
 A track is confirmed by enough hits in at least half of the images since its first one: a robot is
 detected more often than not, a glint is not. In clutter more hits are required, until no clutter
-track is expected. A track inside the gate of a robot out of view can inherit that robot's label
-(`reidentification`), unless an image has shown both.
+track is expected; and where other tracks have soon ended, it must last longer or score higher than
+foam and glint (`transients`). A track inside the gate of a robot out of view can inherit that
+robot's label (`reidentification`), unless an image has shown both.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.config.processing import TracksConfig
+from aerial_gnss_ros.core.config.processing import DetectionsConfig, TracksConfig
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.label_ambiguity import Position, exchange_probabilities
@@ -27,6 +28,8 @@ from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
+from aerial_gnss_ros.core.tracker.transients import TUNING as TRANSIENTS
+from aerial_gnss_ros.core.tracker.transients import Transients, outlasted
 from aerial_gnss_ros.core.values.estimates import State
 
 
@@ -49,18 +52,26 @@ class TrackConfirmation:
         identity: issues labels.
         encounters: keeps ambiguities of labels.
         rules: configured confirmation rule.
+        boxes: which boxes are used.
 
     Attributes:
         rule: the rule adapted to the image rate.
+        transients: tracks that ended soon.
     """
 
     def __init__(
-        self, table: TrackTable, identity: Labels, encounters: Encounters, rules: TracksConfig
+        self,
+        table: TrackTable,
+        identity: Labels,
+        encounters: Encounters,
+        rules: TracksConfig,
+        boxes: DetectionsConfig,
     ) -> None:
         self._table = table
         self._identity = identity
         self._encounters = encounters
         self.rule = ConfirmationRule(rules)
+        self.transients = Transients(boxes.min_score)
         self._threshold = gate_threshold(rules.gate_probability)
         motion = table.filter.motion
         self._reidentification = Reidentification(motion, self._threshold, rules.coast_s)
@@ -70,6 +81,7 @@ class TrackConfirmation:
         """Forget all images."""
         self._reidentification.reset()
         self.rule.reset()
+        self.transients.reset()
 
     def ready(self, stamp_ns: int, lasting: bool = False) -> list[int]:
         """Return the rows of tracks that can be labelled.
@@ -88,7 +100,13 @@ class TrackConfirmation:
         if not ready:
             return ready
         begun_ns = stamp_ns - (self.rule.window_ns if lasting else 0)
-        return [row for row in ready if self._is_ready(tracks[row], begun_ns, new)]
+        ready = [row for row in ready if self._is_ready(tracks[row], begun_ns, new)]
+        if not ready:
+            return ready
+        known = not self.robots_missing(stamp_ns)
+        present = [known * self._present(track, stamp_ns, new) for track in tracks]
+        every = sum(present)
+        return [row for row in ready if self._outlasts(tracks[row], stamp_ns, every - present[row])]
 
     def confirm(
         self,
@@ -190,6 +208,42 @@ class TrackConfirmation:
         false = new * track.clutter_probability
         return len(track.hits) == 1 or false < TUNING.expected_false_tracks
 
+    def robots_missing(self, stamp_ns: int) -> bool:
+        """Return whether most robots are missed just now, so that short tracks may be of them."""
+        known = [
+            (stamp_ns - track.last_seen_ns) * 1e-9
+            for track in self._table.tracks
+            if track.robot_id and not track.leaving_view
+            and outlasted(_lasted_s(track)) < TUNING.expected_false_tracks
+        ]  # fmt: skip
+        recent = [unseen_s for unseen_s in known if unseen_s <= TRANSIENTS.missed_s]
+        missed = sum(unseen_s > TRANSIENTS.vanished_s for unseen_s in recent)
+        return missed > 0 and 2 * missed >= len(recent)
+
+    def _present(self, track: Track, stamp_ns: int, new: int) -> float:
+        """Return the probability that a track is a transient, before it has ended.
+
+        Args:
+            track: tentative, or labelled: a robot that vanished soon may have been none.
+            stamp_ns: of the image, ns.
+            new: number of tentative tracks.
+        """
+        unseen_s = (stamp_ns - track.last_seen_ns) * 1e-9
+        if track.state is not State.TENTATIVE:
+            if track.leaving_view or not TRANSIENTS.vanished_s < unseen_s < TRANSIENTS.memory_s:
+                return 0.0
+            return outlasted(_lasted_s(track))
+        if unseen_s > TRANSIENTS.vanished_s:
+            return transience(track, new)
+        appeared = track.first_seen_ns > self.rule.first_ns and not track.entered_view
+        return TRANSIENTS.appeared * appeared * _no_chance(track, new)
+
+    def _outlasts(self, track: Track, stamp_ns: int, vanishing: float) -> bool:
+        """Return whether a track has lasted longer, or scored higher, than any transient would."""
+        lasted_s, score = _lasted_s(track), track.mean_score
+        false = self.transients.expected(stamp_ns, vanishing, lasted_s, score)
+        return false < TUNING.expected_false_tracks
+
     def _reidentify(self, ready: list[int], stamp_ns: int, height: float) -> Returns:
         """Return which new tracks are which robots out of view."""
         tracks = self._table.tracks
@@ -213,3 +267,27 @@ class TrackConfirmation:
         place = mean[row, :2], covariance[row, :2, :2]
         boxes = track.pending_boxes
         return ConfirmedTrack(track.class_id, track.last_seen_ns, *place, boxes)
+
+
+def transience(track: Track, new: int) -> float:
+    """Return the probability that a track that ends without a label is one of foam or glint.
+
+    One box is no track, and what was last seen at the edge of the image has left the view.
+
+    Args:
+        track: without a label.
+        new: number of tentative tracks.
+    """
+    if track.score_count < 2 or track.leaving_view or track.rejected:
+        return 0.0
+    return _no_chance(track, new)
+
+
+def _no_chance(track: Track, new: int) -> float:
+    """Return the probability that a track's boxes are not unrelated ones in its gate by chance."""
+    return max(0.0, 1.0 - new * track.clutter_probability)
+
+
+def _lasted_s(track: Track) -> float:
+    """Return the time from a robot's first box to its last one, s."""
+    return (track.last_seen_ns - track.since_ns) * 1e-9

@@ -38,7 +38,7 @@ from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.references.references import References
 from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled, box_masks
-from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation
+from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation, transience
 from aerial_gnss_ros.core.tracker.gnss_jump_test import robots_tell_jump
 from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
@@ -67,7 +67,7 @@ class Tracker:
         self._matcher = Matcher(joint, threshold, config.tracks.confirm_window_s)
         self._encounters = Encounters(joint)
         self._confirmation = TrackConfirmation(
-            self.table, identity, self._encounters, config.tracks
+            self.table, identity, self._encounters, config.tracks, config.detections
         )
         self._recovery = Recovery(self.table, self._matcher, threshold)
         self._image_tracks = ImageTracks(
@@ -181,6 +181,7 @@ class Tracker:
         joint, fork = self.table.filter, self._recovery.fork
         joint.reconfigure(config, [track.class_id for track in self.table.tracks])
         self._identity.reconfigure(config)
+        self._confirmation.transients.min_score = config.detections.min_score
         if change:
             joint.recalibrate(change, () if fork is None else fork.groups, self._searched)
             self._references.recalibrate(change)
@@ -248,6 +249,7 @@ class Tracker:
             if track.label_pending:
                 came_ns = min(came_ns, track.first_seen_ns)
         gone, tentative, coasting = set(), State.TENTATIVE, State.COASTING
+        new = sum(track.state is tentative for track in tracks)
         for row, track in enumerate(tracks):
             unseen_ns, patience_ns = stamp_ns - track.last_seen_ns, window_ns
             if track.state is not tentative:
@@ -255,6 +257,8 @@ class Tracker:
                 patience_ns = self._coast_of_class.get(track.class_id, self._coast_ns)
                 unseen_ns = came_ns - track.last_seen_ns
             if unseen_ns > patience_ns:
+                if track.state is tentative and not self._confirmation.robots_missing(stamp_ns):
+                    self._confirmation.transients.note(stamp_ns, transience(track, new))
                 track.state = State.LOST
                 gone.add(row)
         if gone:
