@@ -91,7 +91,7 @@ class FleetNode(SupervisedNode):
         )  # fmt: skip
         self.listen(
             f"{source}: sightings", f"{source}/{SIGHTINGS[0]}", SIGHTINGS[1], qos.sightings(),
-            partial(self._take, source), hint="no image of it has a camera pose",
+            partial(self._take, source), hint="it has no image, or none with a camera pose",
         )  # fmt: skip
         self._requests[source] = self.announce(
             f"{source}/{REQUEST[0]}", REQUEST[1], qos.sent_once()

@@ -73,6 +73,14 @@ def test_two_recordings_give_one_result(two, tmp_path, capsys):
     assert {"a heading", "b heading"} <= errors
 
 
+def test_an_evaluation_shows_all_drones(two, tmp_path):
+    assert main(drones(two, tmp_path / "both")) == 0
+    given = ["--truth", str(two[0] / "a"), "-o", str(tmp_path / "found")]
+    assert main(["evaluate", str(tmp_path / "both"), *given]) == 0
+    assert (tmp_path / "found" / "seen_by.png").is_file()
+    assert "Which drone saw which robot." in (tmp_path / "found" / "report.html").read_text()
+
+
 def test_the_receiver_s_offset_has_the_sign_of_its_error(two, tmp_path):
     """What is added to drone a's fix brings it to that of drone b, which has RTK."""
     assert main(drones(two, tmp_path / "both")) == 0
