@@ -41,7 +41,7 @@ class CameraConfig:
         dynamic=True,
     )
     find_latency: bool = key(
-        False,
+        True,
         "Find out in flight whether images come by another latency than latency_s, and estimate it "
         "from then on; robots keep their labels. False: latency_s is taken for exact, unless "
         "noise.latency_s is above 0.",

@@ -14,11 +14,7 @@ import pytest
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.estimation import latency_doubt
 
-STATED = {
-    "noise.gnss_offset_m": 0.02,
-    "noise.robot_acceleration": 0.01,
-    "camera.find_latency": True,
-}
+STATED = {"noise.gnss_offset_m": 0.02, "noise.robot_acceleration": 0.01}
 ROBOTS = {"a": lambda _t: (2.0, 18.0), "b": lambda _t: (-3.0, 22.0), "c": lambda _t: (6.0, 24.0)}
 
 
@@ -122,7 +118,7 @@ def test_what_surrounds_the_tracker_also_sees_the_other_latency(sea):
     assert seen[-1] is not None
 
 
-def test_by_default_it_is_not_doubted(sea):
+def test_switched_off_it_is_not_doubted(sea):
     engine = sea.estimator(STATED | {"camera.find_latency": False})
     results = sea.play(engine, late_world(sea, 1.0), 18.0)
     assert not any(latency(result) for result in results)

@@ -143,3 +143,20 @@ def test_a_box_beside_the_water_begins_no_robot(sea):
     found.update(now, 0.0, np.array([[0.0, 0.0, HEIGHT_M]]), level)
     assert list(found._seen_ns) == ["sea"]
     assert found._state[0, 0, 0] == pytest.approx(HEIGHT_M * FOCAL_PX / 50.0, rel=1e-3)
+
+
+def test_an_error_that_lasts_moves_robots_as_the_camera_does(sea):
+    """A compass off by 0.1 rad: over 0.4 m of flight it feigns 4 cm to the side, no more."""
+    model = platform()
+    model.stationary = lambda _fix: np.diag([0.0] * 5 + [0.01, 0.0])
+    model.correlation_time_s = 0.0
+    spread = []
+    for east in (0.0, 0.4):
+        found = bank(1, model)
+        for step, place in enumerate((0.0, east)):
+            now = BankObservation(round(step * STEP_S * 1e9), sea.camera, {"a": at()})
+            position = np.array([[place, 0.0, HEIGHT_M]])
+            fit = found.update(now, step * STEP_S, position, DOWN[None])
+        spread.append(math.exp(float(fit.size[0])))
+    alone = math.sqrt(spread[0])  # the same along both axes
+    assert spread[1] == pytest.approx(alone * (alone + (0.1 * 0.4 * METRE_PX) ** 2), rel=1e-3)

@@ -69,3 +69,15 @@ def test_images_far_apart_are_not_compared(seen):
 def test_an_image_without_boxes_has_none_to_see_again(seen):
     seen([], views(0.0))
     assert seen([MIDDLE], views(0.0)) is None
+
+
+def test_an_error_that_lasts_shows_places_elsewhere_once_the_camera_moves(sea):
+    """A compass off by 0.1 rad: a camera that flies on by 0.4 m sees all 4 cm to the side."""
+    model = SimpleNamespace(white=np.zeros(6), pixel=1.0, nominal=np.diag([0.0] * 5 + [0.01, 0.0]))
+    found = Reappearance(model, MotionModel(0.0, 0.0))
+    sizes = []
+    for east in (0.0, 0.4, 0.4):
+        told = found.update(sea.camera, MIDDLE[None], STEP_S, views(east))
+        sizes.append(None if told is None else float(told[1][0]))
+    along = 2.0 + (0.1 * 0.4 * METRE_PX) ** 2
+    assert sizes[1:] == pytest.approx([math.log(2.0 * along), math.log(4.0)], rel=1e-3)
