@@ -158,15 +158,15 @@ def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
     sightings: list[tuple[int, str, Sighting]] = []
     alone: list[float] = []
     for name, one in made.items():
-        results, seen = _own(one, configs[name])
-        alone.append(_errors(made["a"], local, [r.estimates for r in results])[0])
+        results, seen = own(one, configs[name])
+        alone.append(errors_at_end(made["a"], local, [r.estimates for r in results])[0])
         sightings += [(sighting.pose.stamp_ns, name, sighting) for sighting in seen]
     sightings.sort(key=lambda item: item[:2])
     fleet, began = Fleet(configs, local), time.process_time()
     updates = [(name, seen, fleet.update(name, seen)) for _, name, seen in sightings]
     spent = time.process_time() - began
     published = [update.estimates for _, _, update in updates]
-    squared, nees = _errors(made["a"], local, published)
+    squared, nees = errors_at_end(made["a"], local, published)
     drones = [true_drone(one, configs[name]) for name, one in made.items()]
     end = round(LAST_S * made["a"].clock.rate_hz)
     limits = joint_bound(drones, local, share)[0][-end:]
@@ -233,7 +233,7 @@ def config_of(cell: Cell, noise: str) -> EstimatorConfig:
     )
 
 
-def _own(one: Experiment, config: EstimatorConfig) -> tuple[list[FrameResult], list[Sighting]]:
+def own(one: Experiment, config: EstimatorConfig) -> tuple[list[FrameResult], list[Sighting]]:
     """Return what a drone's own estimator gives, and what it tells the fleet."""
     estimator, taps = Estimator(config), list[SightingTap]()
 
@@ -251,7 +251,7 @@ def _own(one: Experiment, config: EstimatorConfig) -> tuple[list[FrameResult], l
     return results, taps[0].drain()
 
 
-def _errors(
+def errors_at_end(
     one: Experiment, local: LocalMap, published: Sequence[tuple[RobotEstimate, ...]]
 ) -> tuple[float, float]:
     """Return mean squared error, m², and mean NEES of a degree of freedom at the flight's end."""

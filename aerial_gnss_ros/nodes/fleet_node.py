@@ -149,7 +149,7 @@ class FleetNode(SupervisedNode):
     def _request(self) -> None:
         """Ask for what was lost, and say how the drones are."""
         for source, link in self._shore.links.items():
-            wanted = tuple(link.gaps.wanted(self.steady_ns()))
+            wanted = tuple(link.gaps.wanted(self.steady_ns(), delay_s=link.delay_s))
             if wanted and link.gaps.session is not None:
                 text = request_text(Request(link.drone, link.gaps.session, wanted))
                 self._requests[source].publish(message(REQUEST[1], {"data": text}))

@@ -114,4 +114,4 @@ def receiver_offset(state: SharedState, drone: int, drones: int) -> tuple[Array,
     for place, one in enumerate(order):
         start = GNSS.start + (0 if place == 0 else size + 7 * (place - 1))
         weights[:, start : start + 2] = np.eye(2) * (1.0 if one == drone else -1.0 / (drones - 1))
-    return weights @ mean, np.sqrt((weights @ P @ weights.T).diagonal())
+    return weights @ mean, np.sqrt(np.maximum((weights @ P @ weights.T).diagonal(), 0.0))

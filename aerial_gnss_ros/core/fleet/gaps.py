@@ -8,6 +8,7 @@ begins in flight then knows the last minute.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.fleet.outbox import SECOND_NS, SentSighting
@@ -19,7 +20,10 @@ class GapsTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     again_s: float = 2.0
-    """Time after which a sighting that has not come is asked for again, s. Judged."""
+    """Time after which a sighting that has not come is asked for again, s, besides the time for
+    request and answer. Judged."""
+    longest_s: float = 5.0
+    """Longest delay of a link that is waited for, s: a wrong clock looks like one. Judged."""
     rate_hz: float = 100.0
     """Rate at which a drone sends again; see `nodes.sightings`."""
 
@@ -80,7 +84,7 @@ class Gaps:
         """Number of sightings that are wanted again."""
         return len(self._missing)
 
-    def wanted(self, now_ns: int, most: int = 20) -> list[tuple[int, int]]:
+    def wanted(self, now_ns: int, most: int = 20, delay_s: float = 0.0) -> list[tuple[int, int]]:
         """Return the first and last numbers to ask for, the oldest first.
 
         What has been asked for is not asked for again before it can have come.
@@ -88,9 +92,13 @@ class Gaps:
         Args:
             now_ns: of a clock that is never stepped, ns.
             most: greatest number of pairs.
+            delay_s: of the link, one way, s; NaN if it is not known.
         """
         found: list[tuple[int, int]] = []
-        again_s = TUNING.again_s + 2.0 * len(self._missing) / TUNING.rate_hz
+        travels_s = (
+            2.0 * min(max(delay_s, 0.0), TUNING.longest_s) if math.isfinite(delay_s) else 0.0
+        )
+        again_s = TUNING.again_s + travels_s + 2.0 * len(self._missing) / TUNING.rate_hz
         again_ns = now_ns + round(again_s * SECOND_NS)
         for number in sorted(self._missing):
             if self._missing[number] > now_ns:

@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
+import math
 from itertools import count
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -76,3 +78,14 @@ def test_what_has_been_asked_for_is_given_time_to_come():
     taken(gaps, *range(1, 49), 53)
     assert gaps.wanted(2_900_000_000) == [(52, 52)]
     assert gaps.wanted(3_100_000_000) == [(49, 50)]
+
+
+@pytest.mark.parametrize(
+    ("delay_s", "again_s"), [(math.nan, 2.02), (-3.0, 2.02), (1.5, 5.02), (3600.0, 12.02)]
+)
+def test_what_is_on_its_way_over_a_slow_link_is_not_asked_for_again(delay_s, again_s):
+    gaps = Gaps()
+    assert taken(gaps, 0, 2) == [True, True]
+    assert gaps.wanted(0, delay_s=delay_s) == [(1, 1)]
+    assert gaps.wanted(round((again_s - 0.1) * 1e9), delay_s=delay_s) == []
+    assert gaps.wanted(round((again_s + 0.1) * 1e9), delay_s=delay_s) == [(1, 1)]
