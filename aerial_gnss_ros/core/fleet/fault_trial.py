@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.fleet.constellations import Candidates, matchings, missed
 from aerial_gnss_ros.core.fleet.fault import FAULTS, Suspicion
-from aerial_gnss_ros.core.fleet.shared_state import joint_prior
+from aerial_gnss_ros.core.fleet.receivers import joint_prior
 from aerial_gnss_ros.core.fleet.snapshot import Placed, Snapshot
 from aerial_gnss_ros.core.models.platform_model import COUNT, PLATFORM
 

@@ -7,9 +7,6 @@ the *active* part, which is predicted and updated as that of a single drone. The
 drones are kept beside it, with their covariances with the active part: linear maps of the active
 part apply to those, and an update passes on to them by the same gain. So this is the Kalman filter
 of all together, and with one drone nothing but its joint filter.
-
-A receiver's offset is the sum of a part common to all receivers and one of its own. As both have
-one correlation time, their sum is kept, and the common part is a covariance between drones.
 """
 
 from __future__ import annotations
@@ -24,6 +21,7 @@ from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import Linear, Outcome, correct, linearise
+from aerial_gnss_ros.core.fleet.receivers import joint_prior
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT, state_jacobian
@@ -59,39 +57,6 @@ class Base:
 
     camera: Array
     by_errors: Array
-
-
-def common_variance(one: Array, other: Array, share: float) -> float:
-    """Return the covariance of two receivers' offsets on each axis, m².
-
-    It is that share of the better receiver's variance: what one has removed is not common. With
-    the least eigenvalues, the covariance of all drones is positive semidefinite.
-
-    Args:
-        one: (2, 2) covariance of a receiver's offset, m².
-        other: that of the other one.
-        share: part of the variance that is common.
-    """
-    least = min(np.linalg.eigvalsh(one)[0], np.linalg.eigvalsh(other)[0])
-    return share * max(float(least), 0.0)
-
-
-def joint_prior(stationary: list[Array], share: float) -> Array:
-    """Return the prior covariance of several drones' errors (7 N, 7 N).
-
-    Args:
-        stationary: (7, 7) of each drone.
-        share: part of the receivers' variance that is common.
-    """
-    whole = np.zeros((COUNT * len(stationary), COUNT * len(stationary)))
-    for i, one in enumerate(stationary):
-        whole[COUNT * i : COUNT * i + COUNT, COUNT * i : COUNT * i + COUNT] = one
-        for j, other in enumerate(stationary[:i]):
-            common = common_variance(one[GNSS, GNSS], other[GNSS, GNSS], share)
-            for axis in (0, 1):
-                rows = COUNT * i + axis, COUNT * j + axis
-                whole[rows], whole[rows[::-1]] = common, common
-    return whole
 
 
 class SharedState:

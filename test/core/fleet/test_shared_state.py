@@ -14,7 +14,7 @@ from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.update import linearise
-from aerial_gnss_ros.core.fleet.shared_state import SharedState, common_variance, white_on_water
+from aerial_gnss_ros.core.fleet.shared_state import SharedState, white_on_water
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.motion_model import MotionModel
@@ -197,11 +197,6 @@ def test_a_receiver_that_jumped_is_as_unknown_as_at_first_and_nothing_else_is_lo
     assert 0.7 < P[0, 0] < 1.44
     assert P[0, 14] == pytest.approx(0.5 * P[14, 14], rel=0.05)
     assert abs(P[0, 7]) < 1e-3
-
-
-def test_what_a_better_receiver_removed_is_not_common():
-    assert common_variance(1.44 * np.eye(2), 4e-4 * np.eye(2), 0.5) == pytest.approx(2e-4)
-    assert common_variance(np.diag([1.0, 4.0]), np.diag([9.0, 2.0]), 1.0) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("moved", [False, True])
