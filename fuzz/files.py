@@ -21,6 +21,7 @@ from aerial_gnss_ros.adapters.camera_files import camera_file_text, read_camera_
 from aerial_gnss_ros.adapters.dji_log import read_dji_log
 from aerial_gnss_ros.adapters.parameter_files import read, ros_parameters
 from aerial_gnss_ros.adapters.photo_files import read_photo
+from aerial_gnss_ros.bags.drone_tables import read_drones
 from aerial_gnss_ros.bags.import_dji import messages
 from aerial_gnss_ros.bags.tables import read_positions, read_rejections
 from aerial_gnss_ros.bags.typestore import make
@@ -148,6 +149,13 @@ def _rejections(path: Path) -> None:
     read_rejections(path)
 
 
+def _drones(path: Path) -> None:
+    for drone in read_drones(path).values():
+        places = np.array([drone.path.latitude, drone.path.longitude])
+        if not np.isfinite(places).all() or not len(drone.path):
+            raise Broken(NOT_FINITE, f"a drone's path: {places.tolist()}")
+
+
 def _positions(path: Path) -> None:
     read_positions(path)
 
@@ -219,6 +227,9 @@ def targets() -> list[Parser | Models]:
         Parser(
             "positions", 2, ".csv", texts(lambda: (samples.POSITIONS,), samples.CSV_WORDS),
             _positions,
+        ),
+        Parser(
+            "drones", 1, ".csv", texts(lambda: (samples.DRONES,), samples.CSV_WORDS), _drones
         ),
         Parser(
             "rejected", 1, ".csv", texts(lambda: (samples.REJECTED,), samples.CSV_WORDS),

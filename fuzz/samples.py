@@ -129,6 +129,13 @@ cov_east_north_m2,var_north_m2,velocity_east_mps,velocity_north_mps,state
 1735689610000000000,aqua_1,aqua,13.1939000000,-59.6415000000,-40.0000,1.44,0.01,1.44,0.1,0.0,confirmed
 1735689610100000000,aqua_1,aqua,13.1939100000,-59.6415000000,nan,1.44,0.01,1.44,0.1,0.0,coasting
 """
+DRONES = """\
+stamp_ns,drone,agreement,shared_robots,offset_east_m,offset_north_m,sigma_east_m,sigma_north_m,\
+disagrees,fault,latitude_deg,longitude_deg,sees
+1735689600000000000,a,nan,0,0.0,0.0,1.2,1.2,0,,13.193973650,-59.641450574,
+1735689600500000000,a,1.02,2,0.5,-0.25,0.3,0.3,1,compass,13.193973651,-59.641450575,aqua_1 aqua_2
+1735689600500000000,b,0.98,2,-0.5,0.25,0.3,0.3,0,,13.193823063,-59.641541387,aqua_1
+"""
 REJECTED = """stamp_ns,reason,u_px,v_px
 1735689610000000000,above_horizon,640.000,12.000
 1735689610100000000,low_score,640.000,12.000

@@ -22,6 +22,7 @@ READERS = {one.name: one for one in files.targets() if isinstance(one, files.Par
         ("srt", samples.SRT),
         ("state", [samples.STATE]),
         ("positions", [samples.POSITIONS]),
+        ("drones", [samples.DRONES]),
         ("rejected", [samples.REJECTED]),
     ],
 )
