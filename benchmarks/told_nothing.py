@@ -15,6 +15,8 @@ the latency as a state (of sigma `noise.latency_s`, or 1 s where the filter take
 exact); `latency known`: over the bound that knows it, too. `wrong`: names that end nearer to
 another robot than to their own. A flight is kept as a line of JSON; the program goes on where the
 file ends.
+
+What each lacking knowledge costs: `--also latency moored noise` states it, in a file of its own.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ import json
 import math
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -71,6 +74,8 @@ FACTORS: dict[str, tuple[object, ...]] = {
     "latency_s": (0.0, 0.3, -1.5),
     "rate_hz": (1.0, 5.0, 15.0),
 }
+ALSO = ("latency", "moored", "noise")
+"""What may be stated besides: the true latency, `find_moored`, all true sigmas."""
 KINDS = {"still": "all stay", "drifting": "all drift", "mixed": "two stay, one swims"}
 HEADS = [
     "cells", "number", "RMS / bound, median", "95 %", "latency known, median", "published / RMS",
@@ -166,8 +171,12 @@ class World:
             swimmers = Swimmers(KINDS[cell.robots], others, seed, DURATION_S)
         made.swarm = Reference(swimmers, places[0]) if self.has_reference else swimmers  # type: ignore[assignment]
 
-    def stated(self) -> dict[str, object]:
-        """Return what is stated: where `map` is, what a reference is, and `find_latency`."""
+    def stated(self, also: Sequence[str] = ()) -> dict[str, object]:
+        """Return what is stated: where `map` is, what a reference is, and `find_latency`.
+
+        Args:
+            also: of `ALSO`.
+        """
         origin = self.datum
         found: dict[str, object] = {
             "map.latitude_deg": math.degrees(origin.latitude),
@@ -181,6 +190,13 @@ class World:
             at = [math.degrees(latitude[0]), math.degrees(longitude[0])]
             found |= {"references.pier.class": "beacon", "references.pier.position": at,
                       "references.pier.sigma_m": REFERENCE_M}  # fmt: skip
+        if "latency" in also:
+            del found["camera.find_latency"]
+            found["camera.latency_s"] = self.cell.latency_s
+        if "moored" in also:
+            found["tracks.find_moored"] = True
+        if "noise" in also:
+            found |= {f"noise.{name}": value for name, value in self.sigmas.items()}
         return found
 
     def bounds(self, true: list[TrueFrame], latency_s: float) -> Array:
@@ -217,11 +233,11 @@ def recorded(path: Path, seed: int) -> RecordedFlight:
     return RecordedFlight(log, start, DURATION_S)  # type: ignore[arg-type]
 
 
-def fly(cell: Cell, seed: int, log: Path) -> Record:
+def fly(cell: Cell, seed: int, log: Path, also: Sequence[str] = ()) -> Record:
     """Return the figures of one flight: sums of squares, m², and counts."""
     world = World(cell, seed, log)
     images: list[Image] = list(world.made.detections())
-    config = estimator_config(world.stated())
+    config = estimator_config(world.stated(also))
     true = truth(world.made, images)
     found = results(world.made, config, images)
     prior = config.noise.value("latency_s") or (UNKNOWN_LATENCY_S if cell.latency_s else 0.0)
@@ -360,19 +376,21 @@ def main() -> int:
     parser.add_argument("--cells", type=int, default=200, help="of the hypercube (default 200)")
     parser.add_argument("--flights", type=int, default=20, help="flights a cell (default 20)")
     parser.add_argument("--first", type=int, default=0, help="the first one's seed (default 0)")
+    parser.add_argument("--every", type=int, default=1, help="fly every nth cell only (default 1)")
+    parser.add_argument("--also", nargs="*", choices=ALSO, default=[], help="stated besides")
     parser.add_argument("--log", type=Path, default=Path("../shared/data/dji_tracking.csv"))
     parser.add_argument("--minutes", type=float, default=math.inf, help="begin no flight later")
     parser.add_argument("--picture", type=Path, help="PNG to write")
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
     done, until = _done(given.flown), time.monotonic() + 60.0 * given.minutes
-    cells = hypercube(given.cells)
+    cells = hypercube(given.cells)[:: given.every]
     seeds = range(given.first, given.first + given.flights)
     for seed in seeds:
         for cell in cells:
             if (cell.words, seed) in done or time.monotonic() > until:
                 continue
-            record = done[cell.words, seed] = fly(cell, seed, given.log)
+            record = done[cell.words, seed] = fly(cell, seed, given.log, given.also)
             with given.flown.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(record) + "\n")
     flown = {

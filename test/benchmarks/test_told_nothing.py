@@ -41,6 +41,14 @@ def test_only_the_reference_is_stated(world):
     assert {name.split(".")[0] for name in others.stated()} == {"map", "camera"}
 
 
+def test_what_is_stated_besides_is_the_truth(world):
+    found = world.stated(told_nothing.ALSO)
+    assert found["camera.latency_s"] == -1.5
+    assert "camera.find_latency" not in found
+    assert found["noise.gimbal_pitch_deg"] == pytest.approx(1.2)
+    assert found["tracks.find_moored"] is True
+
+
 def test_errors_are_scaled_but_for_the_receivers(world):
     assert world.sigmas["gimbal_pitch_deg"] == pytest.approx(1.2)
     assert world.sigmas["gnss_offset_m"] == 1.2
