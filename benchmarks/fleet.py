@@ -19,9 +19,10 @@ import sys
 import textwrap
 import time
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -233,17 +234,26 @@ def config_of(cell: Cell, noise: str) -> EstimatorConfig:
     )
 
 
-def own(one: Experiment, config: EstimatorConfig) -> tuple[list[FrameResult], list[Sighting]]:
-    """Return what a drone's own estimator gives, and what it tells the fleet."""
+def own(
+    one: Experiment, config: EstimatorConfig, through: Callable[[Estimator], Any] | None = None
+) -> tuple[list[FrameResult], list[Sighting]]:
+    """Return what a drone's own estimator gives, and what it tells the fleet.
+
+    Args:
+        one: the drone.
+        config: of its estimator.
+        through: makes what spoils the telemetry that the estimator gets.
+    """
     estimator, taps = Estimator(config), list[SightingTap]()
 
     def tapped(tracker: Tracking) -> SightingTap:
         assert isinstance(tracker, Tracker)  # noqa: S101 - the default one
-        taps.append(SightingTap(tracker))
+        taps.append(taps[0] if taps else SightingTap(tracker))
+        taps[0].follow(tracker)
         return taps[0]
 
     estimator.wrap_tracking(tapped)
-    feed(estimator, one.sensors)
+    feed(estimator if through is None else through(estimator), one.sensors)
     estimator.add_camera(START_NS - 10**9, one.camera)
     for _, _, boxes in one.detections():
         estimator.add_detections(boxes)

@@ -95,7 +95,8 @@ def flown(cell: Cell) -> tuple[dict[str, list[SentSighting]], EstimatorConfig, M
 
         def tapped(tracker: Tracking, taps: list[SightingTap] = taps) -> SightingTap:
             assert isinstance(tracker, Tracker)  # noqa: S101 - the default one
-            taps.append(SightingTap(tracker))
+            taps.append(taps[0] if taps else SightingTap(tracker))
+            taps[0].follow(tracker)
             return taps[0]
 
         estimator.wrap_tracking(tapped)
