@@ -31,7 +31,7 @@ LIMITS = {
 }
 """Largest RMS error, m, and NEES/2 of the last third by flight."""
 
-CONFIG = estimator_config({"tracks.find_moored": True})  # nothing else is stated
+CONFIG = estimator_config({})  # nothing is stated
 
 
 def no_detector(_config):

@@ -176,10 +176,10 @@ class TracksConfig:
         high=50.0,
     )
     find_moored: bool = key(
-        False,
+        True,
         "Find out which robots stay or drift with the current, and use it: positions are several "
         "times as exact where two or more do, at twice the processor time; where all swim, nothing "
-        "changes but a tenth of the time. Off, because it is not yet flown through all faults.",
+        "changes but a tenth of the time. false: all are taken to swim.",
     )
 
 

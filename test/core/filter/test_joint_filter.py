@@ -246,6 +246,6 @@ def test_a_drone_that_turns_back_tells_the_latency(sea, late_s):
     assert max(_errors(world, results, sea).values()) < 0.5
 
 
-def test_moored_robots_are_sought_only_where_that_is_asked_for():
-    assert JointFilter(estimator_config({})).moored is None
-    assert JointFilter(estimator_config({"tracks.find_moored": True})).moored is not None
+def test_moored_robots_are_sought_unless_that_is_switched_off():
+    assert JointFilter(estimator_config({})).moored is not None
+    assert JointFilter(estimator_config({"tracks.find_moored": False})).moored is None
