@@ -86,7 +86,7 @@ class DronesReplay:
         for name, bag in bags.items():
             config = configs[name]
             refuse_unable(name, config)
-            # Who stays is told by all drones; each by itself need not find it out.
+            # The fleet has no use for which robots a drone holds to stay.
             tracks = replace(config.tracks, find_moored=False)
             estimator = Estimator(replace(config, state_file="", tracks=tracks))
             estimator.wrap_tracking(partial(self._tapped, name))
