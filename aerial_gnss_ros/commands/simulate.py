@@ -26,6 +26,7 @@ from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.geometry.geodesy import enu_from_geodetic
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
+from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.simulation.bag import write_bag
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
@@ -37,6 +38,7 @@ from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.scenario import scenario, words
 from aerial_gnss_ros.simulation.scene import Scene, demo_scene, random_scene
 from aerial_gnss_ros.simulation.sensors import SensorPlan, sensor_plan
+from aerial_gnss_ros.simulation.water_photograph import WaterPhotograph
 from aerial_gnss_ros.text.sentences import counted
 
 RENDER_S_PER_PIXEL = 0.16e-6
@@ -135,6 +137,11 @@ def _write(
     images = "raw" if args.raw else "jpeg"
     scene = None if args.no_images else _scene(args)
     about["images"] = "none" if scene is None else images
+    water = None
+    if args.water is not None:
+        width_m = simulate_arguments.WATER_M if args.water_width is None else args.water_width
+        water = WaterPhotograph(read_image(args.water), width_m)
+        about["water"] = {"photograph": args.water.name, "width_m": width_m}
     total = len(experiment.frames())
     what = "simulating" if scene is None else "rendering"
     if scene is not None:
@@ -148,6 +155,7 @@ def _write(
             scenario=about,
             report=report,
             version=args.rosbag_version,
+            water=water,
         )
 
 
@@ -201,8 +209,14 @@ def _check(args: argparse.Namespace) -> None:
         raise ConfigError(f"--missed is a probability, 0 to 1, not {args.missed:g}.")
     if not 0.0 <= args.false_boxes <= 10_000.0:
         raise ConfigError(f"--false-boxes must lie within 0 to 10000, not {args.false_boxes:g}.")
-    if args.no_images and (args.raw or args.scene != "demo"):
-        option = "--raw" if args.raw else "--scene"
+    _check_images(args)
+
+
+def _check_images(args: argparse.Namespace) -> None:
+    if args.water_width is not None and args.water is None:
+        raise ConfigError("--water-width applies only with --water.")
+    if args.no_images and (args.raw or args.scene != "demo" or args.water):
+        option = "--raw" if args.raw else "--water" if args.water else "--scene"
         raise ConfigError(f"{option} cannot be used with --no-images.")
     if not args.no_images and (args.missed or args.false_boxes):
         raise ConfigError(

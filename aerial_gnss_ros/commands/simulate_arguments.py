@@ -19,6 +19,8 @@ DURATION_S = 60.0
 RENDERED_S = 20.0
 """Of a flight with images, which take their time: 20 s are ready in half a minute on two cores."""
 
+WATER_M = 30.0
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -173,6 +175,15 @@ def _image_arguments(group: Any) -> None:
     group.add_argument(
         "--scene", choices=("demo", "random"), default="demo",
         help="demo: a bright afternoon; random: random light and water from the seed",
+    )  # fmt: skip
+    group.add_argument(
+        "--water", type=Path, metavar="FILE",
+        help="photograph of water, taken straight down, that is laid on the water and repeated, "
+        "mirrored; --scene lights what floats on it",
+    )  # fmt: skip
+    group.add_argument(
+        "--water-width", type=float, metavar="M",
+        help=f"width of the photograph on the water, m (default {WATER_M:g})",
     )  # fmt: skip
     group.add_argument("--raw", action="store_true", help="raw images in a compressed bag, no JPEG")
     group.add_argument(

@@ -27,6 +27,7 @@ from aerial_gnss_ros.simulation.imaging import WORKERS, Picture, Rendered, rende
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.sensors import START_NS
+from aerial_gnss_ros.simulation.water_photograph import WaterPhotograph
 
 DETECTIONS_TYPE = "vision_msgs/msg/Detection2DArray"
 IMAGE_TYPES = {"jpeg": "sensor_msgs/msg/CompressedImage", "raw": "sensor_msgs/msg/Image"}
@@ -55,6 +56,7 @@ def write_bag(
     workers: int = WORKERS,
     report: Report | None = None,
     version: BagVersion | None = None,
+    water: WaterPhotograph | None = None,
 ) -> dict[str, int]:
     """Write a flight; equal experiments give equal bytes.
 
@@ -68,6 +70,7 @@ def write_bag(
         workers: rendering processes; 0 renders in this one.
         report: called with the number of images done.
         version: of the bag's files, see `BagWriter`.
+        water: a photograph in place of the scene's water.
 
     Returns:
         Number of messages by topic.
@@ -79,7 +82,7 @@ def write_bag(
     if scene is None:
         moments = _simulated(experiment)
     else:
-        moments = _photographed(experiment, frames, scene, images, workers)
+        moments = _photographed(experiment, frames, scene, images, workers, water)
     compress = images == "raw" and scene is not None
     with BagWriter(path, compress=compress, version=version) as bag:
         seen = itertools.chain.from_iterable(_reported(moments, report))
@@ -98,11 +101,16 @@ def _reported(moments: Iterator[list[_Message]], report: Report | None) -> Itera
 
 
 def _photographed(
-    experiment: Experiment, frames: list[Frame], scene: Scene, images: str, workers: int
+    experiment: Experiment,
+    frames: list[Frame],
+    scene: Scene,
+    images: str,
+    workers: int,
+    water: WaterPhotograph | None,
 ) -> Iterator[list[_Message]]:
     pictures = (Picture(f.pose, f.t, experiment.states(f), experiment.props) for f in frames)
     quality = JPEG_QUALITY if images == "jpeg" else None
-    rendered = render_all(pictures, scene, experiment.camera, quality, workers)
+    rendered = render_all(pictures, scene, experiment.camera, quality, workers, water)
     for frame, picture in zip(frames, rendered, strict=True):
         boxes = _labelled([label for label in picture.labels if label.clear])
         yield [

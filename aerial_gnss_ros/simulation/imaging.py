@@ -21,6 +21,7 @@ from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.renderer import Renderer
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.view import ViewPose
+from aerial_gnss_ros.simulation.water_photograph import WaterPhotograph, WaterRenderer
 from aerial_gnss_ros.simulation.workers import begin, killed_process_named
 
 WORKERS = max(2, min(8, os.cpu_count() or 2))
@@ -60,15 +61,22 @@ class Rendered:
 class Studio:
     """Renderer and encoder of one process."""
 
-    def __init__(self, scene: Scene, camera: CameraModel, jpeg_quality: int | None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        camera: CameraModel,
+        jpeg_quality: int | None,
+        water: WaterPhotograph | None = None,
+    ) -> None:
         """Set up.
 
         Args:
             scene: appearance of the scene.
             camera: lens and image size.
             jpeg_quality: 1 to 100; None for raw pixels.
+            water: a photograph in place of rendered water.
         """
-        self._renderer = Renderer(scene)
+        self._renderer = Renderer(scene) if water is None else WaterRenderer(scene, water)
         self._camera = camera
         self._quality = jpeg_quality
 
@@ -91,6 +99,7 @@ def render_all(
     camera: CameraModel,
     jpeg_quality: int | None = 92,
     workers: int = WORKERS,
+    water: WaterPhotograph | None = None,
 ) -> Iterator[Rendered]:
     """Yield the rendered pictures in their order; the bytes do not depend on the processes.
 
@@ -100,17 +109,18 @@ def render_all(
         camera: lens and image size.
         jpeg_quality: 1 to 100; None for raw pixels.
         workers: processes; 0 renders in this one.
+        water: a photograph in place of rendered water.
 
     Raises:
         OutputError: a process died, probably out of memory.
     """
     if workers == 0:
-        studio = Studio(scene, camera, jpeg_quality)
+        studio = Studio(scene, camera, jpeg_quality, water)
         yield from map(studio.render, pictures)
         return
     # Not forked: OpenCV's threads do not survive a fork.
     pool = ProcessPoolExecutor(
-        workers, get_context("spawn"), _open_studio, (scene, camera, jpeg_quality)
+        workers, get_context("spawn"), _open_studio, (scene, camera, jpeg_quality, water)
     )
     waiting: deque[Future[Rendered]] = deque()
     try:
@@ -128,10 +138,12 @@ def render_all(
 _studio: Studio | None = None  # of a worker process; nowhere else
 
 
-def _open_studio(scene: Scene, camera: CameraModel, jpeg_quality: int | None) -> None:
+def _open_studio(
+    scene: Scene, camera: CameraModel, jpeg_quality: int | None, water: WaterPhotograph | None
+) -> None:
     global _studio  # noqa: PLW0603  (a pool's initializer has no other place to put it)
     begin()
-    _studio = Studio(scene, camera, jpeg_quality)
+    _studio = Studio(scene, camera, jpeg_quality, water)
 
 
 def _render(picture: Picture) -> Rendered:

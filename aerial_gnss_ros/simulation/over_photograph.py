@@ -25,7 +25,7 @@ from aerial_gnss_ros.simulation.planes import F32, U8, merge
 from aerial_gnss_ros.simulation.renderer import Renderer
 from aerial_gnss_ros.simulation.view import ViewPose, Window
 
-_LUMA = np.array([0.0722, 0.7152, 0.2126], dtype=np.float32)
+LUMA = np.array([0.0722, 0.7152, 0.2126], dtype=np.float32)
 _STEP = 16  # px between the rays that match the exposure
 _GAINS = (0.3, 2.0)  # level of a white sheet in daylight that a camera's exposure gives
 _RATIOS = (0.1, 8.0)
@@ -105,8 +105,8 @@ def matching_gain(photograph: U8, sea: list[F32], brightness: float = 1.0) -> F3
         sea: planes of linear light, anywhere on the sea that it shows.
         brightness: factor on the exposure.
     """
-    seen = float(np.median(as_light(photograph[::4, ::4]) @ _LUMA))
-    rendered = float(np.median(np.stack(sea, axis=-1) @ _LUMA))
+    seen = float(np.median(as_light(photograph[::4, ::4]) @ LUMA))
+    rendered = float(np.median(np.stack(sea, axis=-1) @ LUMA))
     gain = brightness * seen / max(rendered, 1e-4)
     return np.asarray(np.clip(gain, *_GAINS), dtype=np.float32)
 

@@ -63,6 +63,9 @@ def words(about: dict[str, Any]) -> list[str]:
         f"{camera['arrives_after_s']:g} s later"
     )
     lines = [flight, view]
+    if "water" in about:
+        water = about["water"]
+        lines.append(f"water: {water['photograph']}, {water['width_m']:g} m wide")
     lines += [f"robot {name}: {_robot_words(robot)}" for name, robot in about["robots"].items()]
     for name, one in about.get("references", {}).items():
         lines.append(f"reference {name}: {json.dumps(one)}")

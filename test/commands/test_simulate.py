@@ -76,6 +76,8 @@ def test_several_drones_get_a_bag_each_with_one_truth(tmp_path, capsys):
         (["--reference", "0"], "--reference must lie within 0.001 to 100 m, not 0"),
         (["--reference", "1", "--robot-at", "13.2,-59.6"], "cannot be used with --robot-at"),
         (["--robot-at", "91,0"], "--robot-at 91,0 is not on Earth"),
+        (["--water-width", "9"], "--water-width applies only with --water"),
+        (["--water", "lake.jpg"], "--water cannot be used with --no-images"),
         (["--no-images", "--raw"], "--raw cannot be used with --no-images"),
         (["--robot-at", "50.0,8.0"], "km from the flight"),
         (["--robot-at", "13.19,-59.64", "--robots", "2"], "not both"),
