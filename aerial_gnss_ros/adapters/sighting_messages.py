@@ -27,6 +27,7 @@ from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.identity.label_format import class_token
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.errors import CameraError, InputError
+from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 from aerial_gnss_ros.text.json_text import parse_json
 from aerial_gnss_ros.text.sentences import counted, cut, shown
 
@@ -40,7 +41,7 @@ _LARGEST = 2**63
 _SHAPES: dict[str, tuple[int, ...]] = {
     "jump": (3,), "believed": (2,), "pixels": (-1, 2), "doubt": (-1, 2, 2),
     "enu_from_camera": (3, 3), "fix_covariance": (2, 2), "interpolation": (6,), "gaps_s": (6,),
-    "sizes": (-1, 2), "scores": (-1,), "K": (3, 3), "D": (-1,), "R": (3, 3),
+    "sizes": (-1, 2), "scores": (-1,), "K": (3, 3), "D": (-1,), "R": (3, 3), "covariance": (2, 2),
 }  # fmt: skip
 _MAY_BE_NAN = ("altitude",)
 _FITS: dict[Any, Callable[[Any], bool]] = {
@@ -49,9 +50,13 @@ _FITS: dict[Any, Callable[[Any], bool]] = {
     bool: lambda value: type(value) is bool,
     str: lambda value: type(value) is str,
 }
-_LISTS: dict[Any, type[Any]] = {tuple[str, ...]: str, tuple[int, ...]: int}
+_LISTS: dict[Any, type[Any]] = {
+    tuple[str, ...]: str, tuple[int, ...]: int, tuple[ReferencePlace, ...]: ReferencePlace,
+}  # fmt: skip
 _PER_BOX = ("labels", "tracks", "class_ids", "pixels", "doubt", "sizes", "scores")
-_MAY_BE_ABSENT = {"sizes", "scores"}  # earlier releases did not send them
+_MAY_BE_ABSENT: dict[str, Any] = {"sizes": None, "scores": None, "references": []}
+"""What earlier releases did not send. References are sent only where there are any: they read it
+then, too."""
 
 
 def sighting_text(sent: SentSighting) -> str:
@@ -64,6 +69,8 @@ def sighting_text(sent: SentSighting) -> str:
         "oldest": sent.oldest,
         "sighting": _plain(sent.sighting),
     }
+    if not sent.sighting.references:
+        del document["sighting"]["references"]
     return json.dumps(document, separators=(",", ":"), allow_nan=False)
 
 
@@ -134,7 +141,7 @@ def _plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, float):
         return None if math.isnan(value) else float(value)
-    return list(value) if isinstance(value, tuple) else value
+    return [_plain(one) for one in value] if isinstance(value, tuple) else value
 
 
 def _built(kind: type[Any], value: Any, name: str) -> Any:
@@ -145,7 +152,7 @@ def _built(kind: type[Any], value: Any, name: str) -> Any:
     """
     hints = type_hints(kind)
     if isinstance(value, dict) and kind is Sighting:
-        value = dict.fromkeys(_MAY_BE_ABSENT) | value
+        value = _MAY_BE_ABSENT | value
     if not isinstance(value, dict) or value.keys() != hints.keys():
         given = sorted(value.keys() ^ hints.keys()) if isinstance(value, dict) else [name]
         raise InputError(f"a sighting's {name} lacks or has unknown {cut(', '.join(given))}.")
@@ -246,13 +253,27 @@ def _check(seen: Sighting) -> None:
             raise InputError(f"a robot's name cannot be {shown(label)}.")
     _check_pose(pose)
     fix = () if pose.fix_covariance is None else (pose.fix_covariance,)
-    matrices = np.array([*seen.doubt, *fix]).reshape(-1, 2, 2)
+    _check_references(seen)
+    of_references = [one.covariance for one in seen.references]
+    matrices = np.array([*seen.doubt, *fix, *of_references]).reshape(-1, 2, 2)
     least = -1e-6 * (1.0 + np.trace(matrices, axis1=1, axis2=2))
     even = np.allclose(matrices, matrices.transpose(0, 2, 1))
     if not even or (np.linalg.eigvalsh(matrices)[:, 0] < least).any():
         raise InputError("a sighting has a covariance that is none.")
     if not 0.0 < seen.level < 1e6:
         raise InputError(f"a sighting's level of noise cannot be {seen.level:g}.")
+
+
+def _check_references(seen: Sighting) -> None:
+    names = [one.name for one in seen.references]
+    if len(set(names)) < len(names):
+        raise InputError("a sighting has two references of one name.")
+    for one in seen.references:
+        places = abs(one.latitude) <= math.pi / 2.0 and abs(one.longitude) <= 2.0 * math.pi
+        if not one.moves or not is_name(one.name) or not places or one.height < 0.0:
+            raise InputError(f"a sighting's reference cannot be {cut(repr(one))}.")
+        if not (one.covariance.diagonal() > 0.0).all():
+            raise InputError(f"a sighting's reference {one.name} has a position without error.")
 
 
 def _check_pose(pose: CameraPose) -> None:

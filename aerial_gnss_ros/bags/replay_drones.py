@@ -164,6 +164,7 @@ class DronesReplay:
             if image.sighting is not None:
                 update = fleet.update(image.drone, image.sighting)
                 self.tables.add(update, image.sighting)
+                self.summary.notes += update.notes
                 first = image.drone == next(iter(self._replays))
                 pose = image.sighting.pose if first else pose  # the path that maps show
         own = [image.result for image in images]

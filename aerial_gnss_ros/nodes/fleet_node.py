@@ -30,6 +30,7 @@ from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.fleet.shore import Link, Shore
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
+from aerial_gnss_ros.core.values.events import WarningText
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import ONCE
@@ -121,6 +122,10 @@ class FleetNode(SupervisedNode):
                 "the clock has gone backward: the fleet begins anew, and robots get new names"
             )
         result = self._shore.advance()
+        for note in self._shore.notes:
+            say = self.get_logger()
+            (say.warning if isinstance(note, WarningText) else say.info)(note)
+        self._shore.notes.clear()
         if result is not None:
             self._results += 1
             self._stamp_ns = result.stamp_ns

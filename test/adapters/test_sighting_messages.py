@@ -20,6 +20,7 @@ from aerial_gnss_ros.core.fleet.outbox import SentSighting
 from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 
 CAMERA = CameraModel(1280, 720, "plumb_bob", [[853.9, 0, 643.3], [0, 853.9, 356.9], [0, 0, 1]])
 POSE = CameraPose(
@@ -34,6 +35,7 @@ SEEN = Sighting(
     np.array([np.eye(2), np.zeros((2, 2))]), 1.7, np.array([[31.2, 18.0], [5.5, 0.1]]),
     np.array([0.871, 0.05]),
 )  # fmt: skip
+BOAT = ReferencePlace("boat", "Boat", 0.23027, -1.0409, np.diag([1e-4, 1 / 3]), 0.5, True)
 SENT = SentSighting("drone1", 1_735_689_600_123_456_789, 79, 3, SEEN)
 
 
@@ -42,6 +44,8 @@ def same(one, other):
         return type(one) is type(other) and all(
             same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one)
         )
+    if isinstance(one, tuple) and isinstance(other, tuple) and len(one) == len(other):
+        return all(map(same, one, other))
     if isinstance(one, np.ndarray):
         return one.dtype == other.dtype and one.tobytes() == other.tobytes() and (
             one.shape == other.shape
@@ -78,6 +82,7 @@ def sightings(draw):
         array(count, 2), root @ root.transpose(0, 2, 1), draw(st.floats(0.1, 10.0)),
         draw(st.sampled_from([None, np.abs(array(count, 2))])),
         draw(st.sampled_from([None, np.abs(array(count)) * 1e-6])),
+        draw(st.sampled_from([(), (BOAT,), (BOAT, replace(BOAT, name="rtk"))])),
     )  # fmt: skip
     whole = st.integers(0, 2**62)
     return SentSighting("drone_b", draw(whole), draw(whole), draw(whole), seen)
@@ -101,6 +106,34 @@ def test_a_sighting_of_an_earlier_release_has_no_sizes_and_scores():
     read = sent_sighting(json.dumps(document)).sighting
     assert (read.sizes, read.scores) == (None, None)
     assert same(read, replace(SEEN, sizes=None, scores=None))
+
+
+def test_references_are_sent_where_there_are_any_so_that_earlier_releases_read_the_rest():
+    assert "references" not in json.loads(sighting_text(SENT))["sighting"]
+    sent = replace(SENT, sighting=replace(SEEN, references=(BOAT,)))
+    assert same(sent_sighting(sighting_text(sent)), sent)
+
+
+@pytest.mark.parametrize(
+    ("more", "sentence"),
+    [
+        ({"moves": False}, "reference cannot be"),
+        ({"latitude": 1.6}, "reference cannot be"),
+        ({"longitude": -6.3}, "reference cannot be"),
+        ({"height": -1.0}, "reference cannot be"),
+        ({"name": "../fix"}, "reference cannot be"),
+        ({"covariance": np.diag([1e-4, -1e-4])}, "position without error"),
+        ({"covariance": np.array([[1.0, 2.0], [2.0, 1.0]])}, "a covariance that is none"),
+        ({"covariance": np.eye(3)}, "covariance is not an array of 2 x 2 numbers"),
+    ],
+)
+def test_a_reference_that_cannot_be_is_refused(more, sentence):
+    sent = replace(SENT, sighting=replace(SEEN, references=(replace(BOAT, **more),)))
+    with pytest.raises(InputError, match=sentence):
+        sent_sighting(sighting_text(sent))
+    twice = replace(SENT, sighting=replace(SEEN, references=(BOAT, BOAT)))
+    with pytest.raises(InputError, match="two references of one name"):
+        sent_sighting(sighting_text(twice))
 
 
 def changed(path, value):
@@ -129,6 +162,7 @@ def changed(path, value):
         (("sighting",), [], "sighting lacks or has unknown sighting"),
         (("sighting", "more"), 1, "sighting lacks or has unknown more"),
         (("sighting", "camera", "K"), [[0.0] * 3] * 3, "camera is refused"),
+        (("sighting", "camera", "model"), "own", "camera is refused: CameraInfo has distortion mo"),
         (("sighting", "camera", "rectified"), 0, "rectified cannot be 0"),
         (("sighting", "labels"), ["aqua_1", "aqua_1"], "two boxes of one robot"),
         (("sighting", "tracks"), [3, 3], "two boxes of one track"),

@@ -34,6 +34,7 @@ class Drone:
 
     Attributes:
         name: likewise.
+        references: objects of known position that its configuration states.
         model: of its errors.
         stationary: (7, 7) prior covariance of its errors, by its last fix.
         agreement: of its boxes with the other drones.
@@ -44,7 +45,7 @@ class Drone:
     """
 
     def __init__(self, name: str, config: EstimatorConfig, clock_s: float = 0.0) -> None:
-        self.name = name
+        self.name, self.references = name, config.references
         self.model = PlatformModel(config.noise, config.gimbal.reference)
         self._clock_s = clock_s
         self.stationary = self._with_clock(self.model.stationary(None))

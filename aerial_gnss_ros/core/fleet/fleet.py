@@ -26,6 +26,7 @@ from aerial_gnss_ros.core.fleet.clocks import TUNING as CLOCKS
 from aerial_gnss_ros.core.fleet.clocks import clock_offset
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.fault_search import FaultSearch, Found
+from aerial_gnss_ros.core.fleet.fleet_references import FleetReferences, staying_references
 from aerial_gnss_ros.core.fleet.gates import TUNING as GATES
 from aerial_gnss_ros.core.fleet.gates import fitting, usable
 from aerial_gnss_ros.core.fleet.matching import RobotMatching
@@ -36,7 +37,7 @@ from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
-from aerial_gnss_ros.core.models.platform_model import named_errors
+from aerial_gnss_ros.core.models.platform_model import COUNT, named_errors
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.telemetry.depths import inflate_by_depth
 from aerial_gnss_ros.core.values.errors import ConfigError
@@ -69,12 +70,14 @@ class FleetUpdate:
             are several.
         report: of the drone that the sighting came from.
         names: the fleet's name by that drone's own, of the robots that it knows.
+        notes: what became of references.
     """
 
     estimates: tuple[RobotEstimate, ...]
     platform: tuple[PlatformError, ...]
     report: DroneReport
     names: dict[str, str]
+    notes: tuple[str, ...] = ()
 
 
 class Fleet:
@@ -115,6 +118,9 @@ class Fleet:
         self.robots: list[FleetRobot] = []
         self._matching = RobotMatching(self._drones)
         self._faults = FaultSearch(self._drones, share, self._motions.default_speed)
+        self._references = FleetReferences(
+            self._drones, staying_references(self._drones), self.state
+        )
         self._absent: list[FleetRobot] = []
         self._names = Names()
         self._now_ns: int | None = None
@@ -158,6 +164,7 @@ class Fleet:
             waits = robot.labels and not robot.name
             if waits and self._matching.nobody_else(slot, self.robots, stamp_ns):
                 robot.name = self._names.issue(robot)
+        self._references.update(self.robots, drone, seen, self.state, self.local)
         check_covariance(self.state.joint.covariance, "robots and platform")
         check_robots(self.state.joint.robots, "robots")
         return self._result(drone, seen)
@@ -179,7 +186,7 @@ class Fleet:
     def coast(self, seen: Sighting) -> tuple[RobotEstimate, ...]:
         """Predict to the time of a sighting without it; return the robots there."""
         self._predict(seen.pose.stamp_ns)
-        return self._published(seen)
+        return self._published(seen)[0]
 
     def _predict(self, stamp_ns: int) -> None:
         """Predict to the time of a scene and drop robots unseen for too long."""
@@ -228,6 +235,7 @@ class Fleet:
                     break
         self._absent += [robot for robot in self.robots if robot.labels]
         self.robots, self._matching = [], RobotMatching(self._drones)
+        self._references.reset()
 
     def _drop(self, slots: list[int]) -> None:
         if not slots:
@@ -349,23 +357,30 @@ class Fleet:
                 return robot
         return None
 
-    def _published(self, seen: Sighting) -> tuple[RobotEstimate, ...]:
-        """Return the robots at the time of a sighting."""
-        estimates = published(self.state.joint, self.robots, self._drones, seen, self.local)
+    def _published(self, seen: Sighting) -> tuple[tuple[RobotEstimate, ...], Array, Array]:
+        """Return the robots at the time of a sighting, all drones' errors and their covariance."""
+        joint = self.state.joint
+        mean, blocks = joint.robots.copy(), joint.blocks()
+        told = self._references.apply(self.robots, mean, blocks, self.state, seen.pose.stamp_ns)
+        estimates = published(mean, blocks, self.robots, self._drones, seen, self.local)
         depth_m = self._config.depth.sigma_m
-        return inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m)
+        found = inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m)
+        return found, *(told or self.state.platforms())
 
     def _result(self, drone: int, seen: Sighting) -> FleetUpdate:
         """Return the robots as published, and what is to be said of the drone."""
         one, several = self._drones[drone], len(self._drones) > 1
         now_ns = seen.pose.stamp_ns
-        platform = [
-            replace(error, name=f"{each.name} {_NAMES.get(error.name, error.name)}")
-            if several
-            else error
-            for number, each in enumerate(self._drones)
-            for error in named_errors(*self.state.platform(number))
-        ]
+        estimates, errors, spread = self._published(seen)
+        platform = list[PlatformError]()
+        for number, each in enumerate(self._drones):
+            own = slice(COUNT * number, COUNT * number + COUNT)
+            platform += [
+                replace(error, name=f"{each.name} {_NAMES.get(error.name, error.name)}")
+                if several
+                else error
+                for error in named_errors(errors[own], spread[own, own])
+            ]
         known = [robot for robot in self.robots if robot.name and drone in robot.labels]
         offset, sigma = receiver_offset(self.state, drone, len(self._drones))
         report = DroneReport(
@@ -378,10 +393,11 @@ class Fleet:
             clock_offset(self.state, drone, len(self._drones)),
         )  # fmt: skip
         return FleetUpdate(
-            self._published(seen),
+            estimates,
             tuple(platform),
             report,
             {robot.labels[drone]: robot.name for robot in known},
+            tuple(self._references.log.drain()),
         )
 
 
@@ -394,8 +410,6 @@ def refuse_unable(name: str, config: EstimatorConfig) -> None:
     trouble = ""
     if config.noise.value("latency_s") > 0.0:
         trouble = "noise.latency_s must be 0: measure the latency with `aerial-gnss calibrate`"
-    elif config.references:
-        trouble = "references must be empty: they are used by single drones only"
     elif config.robots:
         trouble = "robots must be empty: names are not bound to places"
     elif config.method != "filter":

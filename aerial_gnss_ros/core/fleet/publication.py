@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.matching import TUNING as MATCHING
 from aerial_gnss_ros.core.fleet.robots import FleetRobot
@@ -14,9 +14,11 @@ from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.estimates import RobotEstimate, State
 
+Array = NDArray[np.float64]
+
 
 def published(
-    joint: JointState, robots: list[FleetRobot], drones: list[Drone], seen: Sighting,
+    mean: Array, blocks: Array, robots: list[FleetRobot], drones: list[Drone], seen: Sighting,
     local: LocalMap,
 ) -> list[RobotEstimate]:  # fmt: skip
     """Return the robots that have a name, in the order of names.
@@ -24,7 +26,8 @@ def published(
     A robot is confirmed if the last image of any drone measured it.
 
     Args:
-        joint: their state.
+        mean: (n, 4) their states, m, m/s.
+        blocks: (n, 4, 4) covariances of these; changed in place.
         robots: of the fleet.
         drones: by number.
         seen: the last sighting.
@@ -33,8 +36,8 @@ def published(
     now_ns = seen.pose.stamp_ns
     wrong = {number for number, one in enumerate(drones) if one.fault is not None}
     apart = [displaced(robots, number, now_ns) for number in range(len(drones))]
-    places = local.places(joint.robots[:, :2])
-    blocks, found = joint.blocks(), list[RobotEstimate]()
+    places = local.places(mean[:, :2])
+    found = list[RobotEstimate]()
     for slot, robot in enumerate(robots):
         if not robot.name:
             continue
@@ -53,8 +56,8 @@ def published(
                 float(places[0][slot]),
                 float(places[1][slot]),
                 seen.pose.altitude - seen.pose.height,
-                joint.robots[slot, :2].copy(),
-                joint.robots[slot, 2:].copy(),
+                mean[slot, :2].copy(),
+                mean[slot, 2:].copy(),
                 covariance,
                 robot.last_seen_ns + seen.stamp_ns - now_ns,
             )

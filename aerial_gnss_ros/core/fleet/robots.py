@@ -62,6 +62,11 @@ class FleetRobot:
     rival_ns: int = 0
 
     @property
+    def robot_id(self) -> str:
+        """The fleet's name, as a track has one."""
+        return self.name
+
+    @property
     def tentative(self) -> bool:
         """Whether no drone has confirmed it yet."""
         return not self.labels and not self.name

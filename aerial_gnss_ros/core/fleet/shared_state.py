@@ -105,14 +105,18 @@ class SharedState:
 
     def platforms(self) -> tuple[Array, Array]:
         """Return all drones' errors (7 N,) and their covariance, in the drones' order."""
+        mean, P = self.ordered()
+        own = slice(COUNT * len(self.bases))
+        return mean[own], P[own, own]
+
+    def ordered(self) -> tuple[Array, Array]:
+        """Return mean and covariance of everything: all drones' errors in their order, robots."""
         mean, P, order = self.whole()
-        first, size = COUNT, len(self.joint.mean)
-        places = [
-            np.arange(first),
-            *(size + COUNT * k + np.arange(COUNT) for k in range(len(order) - 1)),
-        ]
-        own = np.concatenate([places[order.index(drone)] for drone in sorted(order)])
-        return mean[own], P[np.ix_(own, own)]
+        size = len(self.joint.mean)
+        firsts = [0, *(size + COUNT * k for k in range(len(order) - 1))]
+        places = [firsts[order.index(drone)] + np.arange(COUNT) for drone in sorted(order)]
+        every = np.concatenate([*places, np.arange(COUNT, size)])
+        return mean[every], P[np.ix_(every, every)]
 
     def prior(self, stationary: list[Array]) -> Array:
         """Return the prior covariance of all drones' errors (7 N, 7 N), in the drones' order.

@@ -90,6 +90,7 @@ class Shore:
         links: to the drones, by namespace.
         datum: the origin; None until it is known.
         history: the fleet; None until a drone is known.
+        notes: what became of references, each kind of sentence once, until it is taken.
     """
 
     def __init__(
@@ -106,6 +107,8 @@ class Shore:
         self._now_ns = 0
         self.links: dict[str, Link] = {}
         self.history: History | None = None
+        self.notes: list[str] = []
+        self._said: set[str] = set()
 
     def describe(
         self, source: str, drone: str, config: EstimatorConfig, datum: MapDatum | None
@@ -245,6 +248,7 @@ class Shore:
         applied = self.history.advance()
         by_name = {one.drone: one for one in self.links.values()}
         for sent, update in applied:
+            self._note(update)
             if sent.drone in by_name:
                 by_name[sent.drone].update, by_name[sent.drone].seen = update, sent.sighting
         if not applied:
@@ -262,6 +266,14 @@ class Shore:
             boxes=len(seen.pixels),
             used=len(seen.pixels),
         )
+
+    def _note(self, update: FleetUpdate) -> None:
+        """Keep what an update says, unless it was said before the fleet went back."""
+        for note in update.notes:
+            kind = note.partition(":")[0]
+            if kind not in self._said:
+                self._said.add(kind)
+                self.notes.append(note)
 
     def predicted(self, stamp_ns: int) -> FrameResult | None:
         """Return the robots predicted without an image; None before the first one.
@@ -286,5 +298,5 @@ def _same(one: EstimatorConfig, other: EstimatorConfig) -> bool:
     one, other = (
         replace(each, tracks=replace(each.tracks, find_moored=False)) for each in (one, other)
     )
-    parts = ("noise", "gimbal", "tracks", "classes", "depth")
+    parts = ("noise", "gimbal", "tracks", "classes", "depth", "references")
     return all(repr(getattr(one, part)) == repr(getattr(other, part)) for part in parts)

@@ -27,6 +27,7 @@ from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import RobotEstimate
+from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 
 Array = NDArray[np.float64]
 
@@ -53,6 +54,7 @@ class Sighting:
         sizes: (m, 2) widths and heights of these boxes, to 0.1 px, or None. They and scores decide
             in the drone's own association, never in a filter: here they are for people and tools.
         scores: (m,) 0 to 1, to 0.001, or None.
+        references: where references that move were at the time of the scene.
     """
 
     stamp_ns: int
@@ -69,6 +71,7 @@ class Sighting:
     level: float = 1.0
     sizes: Array | None = None
     scores: Array | None = None
+    references: tuple[ReferencePlace, ...] = ()
 
 
 class SightingTap:
@@ -132,6 +135,7 @@ class SightingTap:
             table.filter.noise.level,
             np.round(boxes.sizes[[k for _, _, k in used]].reshape(-1, 2), 1),
             np.round(boxes.scores[[k for _, _, k in used]], 3),
+            tuple(one for one in frame.references if one.moves),
         )
 
     def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:

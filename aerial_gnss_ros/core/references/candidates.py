@@ -6,17 +6,64 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.label_format import class_token
+from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 
 Array = NDArray[np.float64]
+
+
+class NamedTrack(Protocol):
+    """What is read of a track, or of a fleet's robot."""
+
+    @property
+    def robot_id(self) -> str:
+        """Its label; empty without one."""
+
+    @property
+    def class_id(self) -> str:
+        """Its class."""
+
+    @property
+    def last_seen_ns(self) -> int:
+        """Time of its last box, ns."""
+
+
+@dataclass(frozen=True)
+class Expected:
+    """Where the box of a reference should be.
+
+    Attributes:
+        name: of the reference.
+        class_id: class name as the detector gives it.
+        position: (2,) East, North, m.
+        spread: (2, 2) covariance of that, m².
+        moves: whether it holds for one image only.
+    """
+
+    name: str
+    class_id: str
+    position: Array
+    spread: Array
+    moves: bool = False
+
+    @classmethod
+    def of(cls, place: ReferencePlace, pose: CameraPose, local: LocalMap) -> Expected:
+        """Return where a camera shows a reference.
+
+        Args:
+            place: of the reference.
+            pose: of the camera.
+            local: the map.
+        """
+        position = _expected_position(place, pose, local)
+        return cls(place.name, place.class_id, position, place.covariance, place.moves)
 
 
 @dataclass(frozen=True)
@@ -41,46 +88,47 @@ class Candidate:
 
 
 def candidates_of(
-    frame: PosedFrame, local: LocalMap, tracks: Sequence[Track], links: Mapping[str, str]
+    expected: Sequence[Expected],
+    stamp_ns: int,
+    tracks: Sequence[NamedTrack],
+    links: Mapping[str, str],
 ) -> list[Candidate]:
     """Return the references of an image with the tracks that each may be.
 
     A track may be a reference of its class if it is in view or already is that reference.
 
     Args:
-        frame: the image, with the positions of references at its time.
-        local: the map.
+        expected: references.
+        stamp_ns: of the image, ns.
         tracks: by row of the filter.
         links: label of the track that each used reference is.
     """
     return [
         Candidate(
-            place.name,
-            _expected_position(place, frame, local),
-            place.covariance,
-            _rows(place, frame, tracks, links.get(place.name)),
-            stays=not place.moves,
+            one.name,
+            one.position,
+            one.spread,
+            _rows(one, stamp_ns, tracks, links.get(one.name)),
+            stays=not one.moves,
         )
-        for place in frame.references
+        for one in expected
     ]
 
 
-def with_crowding(
-    found: Sequence[Candidate], places: Sequence[ReferencePlace]
-) -> dict[str, Candidate]:
+def with_crowding(found: Sequence[Candidate], expected: Sequence[Expected]) -> dict[str, Candidate]:
     """Return candidates by name, marked where there are more tracks than references of a class."""
-    classes = [place.class_id for place in places]
+    classes = [one.class_id for one in expected]
     return {
-        one.name: replace(one, crowded=len(one.rows) > classes.count(place.class_id))
-        for one, place in zip(found, places, strict=True)
+        one.name: replace(one, crowded=len(one.rows) > classes.count(class_id))
+        for one, class_id in zip(found, classes, strict=True)
     }
 
 
 def _rows(
-    place: ReferencePlace, frame: PosedFrame, tracks: Sequence[Track], label: str | None
+    one: Expected, stamp_ns: int, tracks: Sequence[NamedTrack], label: str | None
 ) -> tuple[int, ...]:
     """Return the tracks that a reference may be."""
-    token, stamp_ns = class_token(place.class_id), frame.detections.stamp_ns
+    token = class_token(one.class_id)
     return tuple(
         row
         for row, track in enumerate(tracks)
@@ -90,13 +138,13 @@ def _rows(
     )
 
 
-def _expected_position(place: ReferencePlace, frame: PosedFrame, local: LocalMap) -> Array:
+def _expected_position(place: ReferencePlace, pose: CameraPose, local: LocalMap) -> Array:
     """Return where the line of sight to a reference meets the water (2,), m.
 
     What stands out of the water appears farther from the camera than it is.
     """
     position: Array = local.positions([place.latitude], [place.longitude])[0]
-    pose, high = frame.pose, place.height
+    high = place.height
     if 0.0 < high < pose.height:
         camera = local.positions([pose.latitude], [pose.longitude])[0]
         position = position + high / (pose.height - high) * (position - camera)

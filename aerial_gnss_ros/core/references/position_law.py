@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.state_arrays import Indices, StateArrays
-from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS
+from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS, LATENCY
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ class PlatformKnowledge:
     """Some linear functions of the platform's errors, with their values.
 
     Attributes:
-        by_errors: (m, 7) derivatives by the errors.
+        by_errors: (m, 7 N) derivatives by the errors of N drones.
         value: (m,) m.
         spread: (m, m) covariance of the values, m².
     """
@@ -38,23 +38,28 @@ class PlatformKnowledge:
         """Return it after the errors have drifted (Gauss-Markov).
 
         Args:
-            keep: (7,) factors by which their old values still count.
-            stationary: (7, 7) their covariance when nothing is known of them.
+            keep: (7 N,) factors by which their old values still count.
+            stationary: (7 N, 7 N) their covariance when nothing is known of them.
         """
         drift = (1.0 - np.outer(keep, keep)) * stationary
-        kept = float(keep[0])  # that of the latency differs, which references do not show
-        spread = kept**2 * self.spread + self.by_errors @ drift @ self.by_errors.T
-        return PlatformKnowledge(self.by_errors, kept * self.value, spread)
+        lasting = np.arange(len(keep)) % COUNT != LATENCY  # references do not show the latency
+        kept = float(keep[lasting].min())
+        # Of errors that last longer, a smaller part of the present value was shown then.
+        by_errors = self.by_errors.copy()
+        if kept > 0.0:
+            by_errors[:, lasting] *= kept / keep[lasting]
+        spread = kept**2 * self.spread + by_errors @ drift @ by_errors.T
+        return PlatformKnowledge(by_errors, kept * self.value, spread)
 
 
 @dataclass(frozen=True)
 class PositionLaw:
-    """Robots that share one covariance with the platform.
+    """Robots that share one covariance with the platform, or with those of N drones.
 
     Attributes:
         rows: (n,) which robots of the whole program these are.
-        mean: (7 + 4 n,) of the platform's errors and robots, see `StateArrays`.
-        covariance: (7 + 4 n, 7 + 4 n).
+        mean: (7 N + 4 n,) of the platforms' errors and robots, see `StateArrays`.
+        covariance: (7 N + 4 n, 7 N + 4 n).
     """
 
     rows: Indices
@@ -66,21 +71,34 @@ class PositionLaw:
         """Return the law of a group of robots."""
         return cls(group.rows, group.mean, group.covariance)
 
+    @property
+    def errors(self) -> int:
+        """Number of the platforms' errors, 7 N."""
+        return len(self.mean) - 4 * len(self.rows)
+
+    @property
+    def receivers(self) -> Indices:
+        """Where in the state East and North of the receivers' offsets are, (2 N,)."""
+        firsts = np.arange(0, self.errors, COUNT)
+        return (firsts[:, None] + np.arange(GNSS.start, GNSS.stop)).ravel()
+
     def places(self, rows: list[int]) -> Indices:
         """Return where in the state East and North of some robots are, (2 k,)."""
         listed = self.rows.tolist()
         slots = [listed.index(row) for row in rows]
-        return (COUNT + 4 * np.array(slots, np.intp)[:, None] + np.arange(2)).ravel()
+        return (self.errors + 4 * np.array(slots, np.intp)[:, None] + np.arange(2)).ravel()
 
     def states(self) -> tuple[Array, Array]:
         """Return robots' states (n, 4) and their covariances (n, 4, 4)."""
         n = len(self.rows)
-        blocks = self.covariance[COUNT:, COUNT:].reshape(n, 4, n, 4).diagonal(axis1=0, axis2=2)
-        return self.mean[COUNT:].reshape(n, 4), blocks.transpose(2, 0, 1)
+        first = self.errors
+        blocks = self.covariance[first:, first:].reshape(n, 4, n, 4).diagonal(axis1=0, axis2=2)
+        return self.mean[first:].reshape(n, 4), blocks.transpose(2, 0, 1)
 
-    def offset(self) -> tuple[Array, Array]:
-        """Return the receiver's offset (2,), m, and its covariance (2, 2), m²."""
-        return self.mean[GNSS], self.covariance[GNSS, GNSS]
+    def offset(self, number: int = 0) -> tuple[Array, Array]:
+        """Return a drone's receiver's offset (2,), m, and its covariance (2, 2), m²."""
+        own = self.receivers[2 * number : 2 * number + 2]
+        return self.mean[own], self.covariance[np.ix_(own, own)]
 
     def known(self, rows: list[int], positions: Array, spread: Array) -> PositionLaw:
         """Return the law given where some robots are.
@@ -106,20 +124,21 @@ class PositionLaw:
             positions: (k, 2) East, North, m.
             spread: (k, 2, 2) covariances of these, m².
         """
-        own = self.places(rows)
-        platform, cross = self.covariance[:COUNT, :COUNT], self.covariance[own, :COUNT]
+        own, first = self.places(rows), self.errors
+        platform, cross = self.covariance[:first, :first], self.covariance[own, :first]
         # An error known exactly has no variance and moves nothing: hence the pseudo-inverse.
         by_errors = cross @ np.linalg.pinv(platform, hermitian=True)
         rest = self.covariance[np.ix_(own, own)] - by_errors @ cross.T
-        apart = positions.ravel() - self.mean[own] + by_errors @ self.mean[:COUNT]
+        apart = positions.ravel() - self.mean[own] + by_errors @ self.mean[:first]
         return PlatformKnowledge(by_errors, apart, rest + blocks_apart(spread))
 
     def given(self, known: PlatformKnowledge) -> PositionLaw:
         """Return the law given what is known of the platform's errors."""
-        cross = known.by_errors @ self.covariance[:COUNT]
-        spread = cross[:, :COUNT] @ known.by_errors.T + known.spread
+        first = self.errors
+        cross = known.by_errors @ self.covariance[:first]
+        spread = cross[:, :first] @ known.by_errors.T + known.spread
         gain = np.linalg.solve(spread, cross)
-        apart = known.value - known.by_errors @ self.mean[:COUNT]
+        apart = known.value - known.by_errors @ self.mean[:first]
         return PositionLaw(self.rows, self.mean + apart @ gain, self.covariance - cross.T @ gain)
 
 

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.references.candidates import Candidate
+from aerial_gnss_ros.core.references.candidates import Candidate, NamedTrack
 from aerial_gnss_ros.core.references.hypotheses import Hypothesis
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 from aerial_gnss_ros.core.values.events import Events, WarningText
@@ -54,7 +53,7 @@ class ReferenceReport:
         found: list[Hypothesis],
         links: Mapping[str, str],
         law: PositionLaw,
-        tracks: Sequence[Track],
+        tracks: Sequence[NamedTrack],
     ) -> None:
         """Take in what was decided.
 
@@ -96,7 +95,7 @@ class ReferenceReport:
         found: list[Hypothesis],
         links: Mapping[str, str],
         law: PositionLaw,
-        tracks: Sequence[Track],
+        tracks: Sequence[NamedTrack],
     ) -> str:
         """Return why a reference in view is not used."""
         begin = f"Reference {one.name} is not used"

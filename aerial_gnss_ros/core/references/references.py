@@ -16,23 +16,26 @@ camera; that knowledge ages as `noise.correlation_time_s` states.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
-from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.filter.moored_law import MooredLaw
 from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
 from aerial_gnss_ros.core.filter.state import JointState
-from aerial_gnss_ros.core.geometry.geodesy import LocalMap
-from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS
-from aerial_gnss_ros.core.references.candidates import Candidate, candidates_of, with_crowding
+from aerial_gnss_ros.core.references.candidates import (
+    Candidate,
+    Expected,
+    NamedTrack,
+    candidates_of,
+    with_crowding,
+)
 from aerial_gnss_ros.core.references.hypotheses import Hypothesis, hypotheses
 from aerial_gnss_ros.core.references.position_law import PlatformKnowledge, PositionLaw
 from aerial_gnss_ros.core.references.reference_report import ReferenceReport
+from aerial_gnss_ros.core.references.source import Source
 from aerial_gnss_ros.core.references.stationarity import StationarityTest
 from aerial_gnss_ros.core.values.events import Events
 
@@ -64,7 +67,7 @@ class _Memory:
     Attributes:
         known: of the platform's errors at that time.
         stamp_ns: of the image, ns.
-        believed: (2,) jumps of the receiver that were accepted until then, m.
+        believed: (2 N,) jumps of the receivers that were accepted until then, m.
     """
 
     known: PlatformKnowledge
@@ -80,7 +83,7 @@ class References:
     """Corrects what is published by objects of known position.
 
     Args:
-        joint: the filter; only read.
+        source: what is estimated without references.
         log: receives which track is which reference, and which reference is not used.
 
     Attributes:
@@ -88,8 +91,8 @@ class References:
         report: what is said of each.
     """
 
-    def __init__(self, joint: JointFilter, log: Events) -> None:
-        self._joint = joint
+    def __init__(self, source: Source, log: Events) -> None:
+        self._source = source
         self.report = ReferenceReport(log)
         self.reset()
 
@@ -100,28 +103,35 @@ class References:
         self._moving: set[str] = set()
         self._stamp_ns = self._weighed_ns = -1
         self._doubt: Array | None = None
-        self._stationarity = StationarityTest(self._joint)
+        self._stationarity = StationarityTest(self._source)
         self._in_view: list[tuple[Candidate, int]] = []
         self._later: PlatformKnowledge | None = None
         self._used: _Correction | None = None
         self._memory: _Memory | None = None
 
-    def update(self, tracks: Sequence[Track], frame: PosedFrame, local: LocalMap) -> None:
+    def update(
+        self,
+        tracks: Sequence[NamedTrack],
+        expected: Sequence[Expected],
+        stamp_ns: int,
+        waiting: AbstractSet[str] = frozenset(),
+    ) -> None:
         """Decide again which tracks are references, after the filter's update by an image.
 
         Args:
             tracks: by row of the filter.
-            frame: the image, and where references are at its time.
-            local: the map.
+            expected: where references are at the time of the image.
+            stamp_ns: of the image, ns.
+            waiting: those that move of which only another drone's images say where they are.
         """
-        if not frame.references and not self.links:
+        if not expected and not self.links:
             return
-        self._stamp_ns = frame.detections.stamp_ns
-        self._moving = {place.name for place in frame.references if place.moves}
-        found = candidates_of(frame, local, tracks, self.links)
+        self._stamp_ns = stamp_ns
+        self._moving = {one.name for one in expected if one.moves} | waiting
+        found = candidates_of(expected, stamp_ns, tracks, self.links)
         found = [self._stationary(one, tracks) if one.stays else one for one in found]
-        self._candidates = with_crowding(found, frame.references)
-        for name in [name for name in self.links if name not in self._candidates]:
+        self._candidates = with_crowding(found, expected)
+        for name in [one for one in self.links if one not in self._candidates.keys() | waiting]:
             del self.links[name]
         if (self._stamp_ns - self._weighed_ns) * 1e-9 >= TUNING.weighed_every_s:
             self._weighed_ns = self._stamp_ns
@@ -150,9 +160,9 @@ class References:
             self._memory = replace(self._memory, known=replace(known, value=value))
 
     def apply(
-        self, tracks: Sequence[Track], mean: Array, covariance: Array, stamp_ns: int
+        self, tracks: Sequence[NamedTrack], mean: Array, covariance: Array, stamp_ns: int
     ) -> tuple[Array, Array] | None:
-        """Correct robots' states; return the platform's errors (7,) and their covariance, or None.
+        """Correct robots' states; return platforms' errors (7 N,) and their covariance, or None.
 
         Args:
             tracks: by row of the filter.
@@ -166,12 +176,12 @@ class References:
         if found is None:
             return None
         best, known = found
-        for group in self._joint.groups:
-            law = best if group.rows is best.rows else PositionLaw.of(group).given(known)
+        for one in self._source.laws:
+            law = best if one.rows is best.rows else one.given(known)
             mean[law.rows], covariance[law.rows] = law.states()
         if self._doubt is not None:
             covariance[:, :2, :2] += self._doubt
-        return best.mean[:COUNT], best.covariance[:COUNT, :COUNT]
+        return best.mean[: best.errors], best.covariance[: best.errors, : best.errors]
 
     def published(self, law: MooredLaw, base: JointState) -> tuple[Array, Array]:
         """Return states (n, 4) and covariances of another law's robots, corrected alike.
@@ -193,7 +203,7 @@ class References:
             blocks[:, :2, :2] += self._doubt
         return mean, blocks
 
-    def _corrected(self, tracks: Sequence[Track], stamp_ns: int) -> _Correction | None:
+    def _corrected(self, tracks: Sequence[NamedTrack], stamp_ns: int) -> _Correction | None:
         """Return the law by references in view or by those that were, None: there are none.
 
         The better of the two, with what it shows of the platform's errors. References in view
@@ -202,12 +212,11 @@ class References:
         now = stamp_ns == self._stamp_ns
         self._in_view = self._pairs(tracks, now)
         own = [row for _, row in self._in_view]
-        law, memory, believed = self._law(own), self._memory, self._joint.jumps.believed
+        law, memory, believed = self._law(own), self._memory, self._source.believed
         self._later = None
         if memory is not None and np.array_equal(memory.believed, believed):
             seconds = max((stamp_ns - memory.stamp_ns) * 1e-9, 0.0)
-            keep, stationary = self._joint.model.decay(seconds), self._joint.stationary
-            self._later = memory.known.later(keep, stationary)
+            self._later = memory.known.later(self._source.decay(seconds), self._source.stationary)
         found = self._corrections(law)
         self._used = min(found, key=lambda one: _uncertainty(one[0], own), default=None)
         seen = any(tracks[row].last_seen_ns == stamp_ns for row in own)
@@ -225,7 +234,7 @@ class References:
             found.append((law.given(self._later), self._later))
         return found
 
-    def _weigh(self, tracks: Sequence[Track], candidates: list[Candidate]) -> None:
+    def _weigh(self, tracks: Sequence[NamedTrack], candidates: list[Candidate]) -> None:
         """Decide which tracks references are, and whether their stated positions are right."""
         if not candidates:
             return
@@ -255,7 +264,7 @@ class References:
 
     def _doubted(
         self,
-        tracks: Sequence[Track],
+        tracks: Sequence[NamedTrack],
         law: PositionLaw,
         candidates: list[Candidate],
         found: list[Hypothesis],
@@ -265,8 +274,8 @@ class References:
         if not pairs:
             return None
         by_name = {one.name: one for one in candidates}
-        offset, spread = law.known(*_known(law, pairs)).offset()
-        doubt = np.zeros((2, 2))
+        chosen, drones = law.known(*_known(law, pairs)), range(len(law.receivers) // 2)
+        doubts = np.zeros((len(drones), 2, 2))
         for one in found:
             if one.probability < TUNING.negligible:
                 break
@@ -274,13 +283,12 @@ class References:
             if one.rows:
                 own = [(by_name[name], row) for name, row in one.rows.items()]
                 other = law.known(*_known(law, own))
-            mean, unsure = other.offset()
-            apart = mean - offset
-            wider = max(float(np.trace(unsure - spread)), 0.0)
-            doubt += one.probability * (np.outer(apart, apart) + 0.5 * wider * np.eye(2))
-        return doubt
+            for drone in drones:
+                doubts[drone] += one.probability * _farther(chosen, other, drone)
+        largest: Array = max(doubts, key=np.trace)
+        return largest
 
-    def _stationary(self, one: Candidate, tracks: Sequence[Track]) -> Candidate:
+    def _stationary(self, one: Candidate, tracks: Sequence[NamedTrack]) -> Candidate:
         """Return a reference that stays without tracks that have moved."""
         kept, moved = self._stationarity.update(
             one, tracks, self._law(list(one.rows)), self._stamp_ns
@@ -291,7 +299,7 @@ class References:
                 self._unlink(one.name)
         return kept
 
-    def _pairs(self, tracks: Sequence[Track], now: bool) -> list[tuple[Candidate, int]]:
+    def _pairs(self, tracks: Sequence[NamedTrack], now: bool) -> list[tuple[Candidate, int]]:
         """Return used references with the rows of their tracks.
 
         Args:
@@ -307,10 +315,10 @@ class References:
 
     def _law(self, rows: list[int]) -> PositionLaw:
         """Return the law of the group of robots that has most of some rows."""
-        groups = self._joint.groups
-        if len(groups) > 1:
-            groups = sorted(groups, key=lambda group: -int(np.isin(rows, group.rows).sum()))
-        return PositionLaw.of(groups[0])
+        laws = self._source.laws
+        if len(laws) > 1:
+            laws = sorted(laws, key=lambda law: -int(np.isin(rows, law.rows).sum()))
+        return laws[0]
 
 
 def _known(law: PositionLaw, pairs: list[tuple[Candidate, int]]) -> tuple[list[int], Array, Array]:
@@ -321,11 +329,20 @@ def _known(law: PositionLaw, pairs: list[tuple[Candidate, int]]) -> tuple[list[i
     return [row for _, row in own], np.array(positions), np.array(spread)
 
 
+def _farther(chosen: PositionLaw, other: PositionLaw, drone: int) -> Array:
+    """Return by how much (2, 2) another law would widen a drone's receiver's offset, m²."""
+    (offset, spread), (mean, unsure) = chosen.offset(drone), other.offset(drone)
+    apart = mean - offset
+    wider = max(float(np.trace(unsure - spread)), 0.0)
+    found: Array = np.outer(apart, apart) + 0.5 * wider * np.eye(2)
+    return found
+
+
 def _uncertainty(law: PositionLaw, without: list[int]) -> float:
-    """Return the variances of the receiver's offset and of robots but some rows, summed, m²."""
+    """Return the variances of receivers' offsets and of robots but some rows, summed, m²."""
     variances = law.covariance.diagonal()
     places = law.places([row for row in law.rows.tolist() if row not in without])
-    return float(variances[GNSS].sum() + variances[places].sum())
+    return float(variances[law.receivers].sum() + variances[places].sum())
 
 
 def _probabilities(name: str, found: list[Hypothesis]) -> dict[int, float]:

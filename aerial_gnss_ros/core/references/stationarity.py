@@ -16,11 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.filter.joint_filter import JointFilter
-from aerial_gnss_ros.core.models.platform_model import GNSS
-from aerial_gnss_ros.core.references.candidates import Candidate
+from aerial_gnss_ros.core.models.platform_model import COUNT
+from aerial_gnss_ros.core.references.candidates import Candidate, NamedTrack
 from aerial_gnss_ros.core.references.position_law import PositionLaw
+from aerial_gnss_ros.core.references.source import Source
 
 Array = NDArray[np.float64]
 
@@ -44,12 +43,14 @@ class _FirstSeen:
 
     Attributes:
         apart: (2,) from track to reference, m.
-        variance: of the track's position beyond the receiver's offset, m².
+        variance: of the track's position beyond a receiver's offset, m².
+        receivers: (2 N,) variances of the receivers' offsets, m².
         stamp_ns: of that image, ns.
     """
 
     apart: Array
     variance: float
+    receivers: Array
     stamp_ns: int
 
 
@@ -57,11 +58,11 @@ class StationarityTest:
     """Excludes the tracks that have moved since they were first compared with a reference.
 
     Args:
-        joint: the filter; only read.
+        source: what is estimated without references.
     """
 
-    def __init__(self, joint: JointFilter) -> None:
-        self._joint = joint
+    def __init__(self, source: Source) -> None:
+        self._source = source
         self._first: dict[tuple[str, str], _FirstSeen] = {}
         self._moved: set[tuple[str, str]] = set()
         self._accepted_jumps = np.zeros(2)
@@ -76,7 +77,7 @@ class StationarityTest:
         self._first.clear()
 
     def update(
-        self, one: Candidate, tracks: Sequence[Track], law: PositionLaw, stamp_ns: int
+        self, one: Candidate, tracks: Sequence[NamedTrack], law: PositionLaw, stamp_ns: int
     ) -> tuple[Candidate, dict[str, float]]:
         """Return a reference without tracks that have moved, and by how much each newly did, m.
 
@@ -86,8 +87,9 @@ class StationarityTest:
             law: of the tracks that it may be.
             stamp_ns: of the image, ns.
         """
-        if not np.array_equal(self._accepted_jumps, self._joint.jumps.believed):
-            self._accepted_jumps = self._joint.jumps.believed.copy()
+        believed = self._source.believed
+        if not np.array_equal(self._accepted_jumps, believed):
+            self._accepted_jumps = believed.copy()
             self._first.clear()
         inside, kept, moved = law.rows.tolist(), list[int](), dict[str, float]()
         for row in one.rows:
@@ -97,25 +99,35 @@ class StationarityTest:
             now = _compared(one, law, row, stamp_ns)
             first = self._first.setdefault(pair, now)
             distance = math.dist(now.apart, first.apart)
-            if distance**2 > TUNING.gate_sigmas**2 * self._variance(one, first, stamp_ns):
+            if distance**2 > TUNING.gate_sigmas**2 * self._variance(one, first, now):
                 self._moved.add(pair)
                 moved[pair[1]] = distance
             else:
                 kept.append(row)
         return replace(one, rows=tuple(kept)), moved
 
-    def _variance(self, one: Candidate, first: _FirstSeen, stamp_ns: int) -> float:
+    def _variance(self, one: Candidate, first: _FirstSeen, now: _FirstSeen) -> float:
         """Return the variance of a motionless track's apparent motion, m².
 
-        The drift of the receiver's offset is Gauss-Markov: 2 (1 - exp(-t/tau)) of its variance.
+        The drift of a receiver's offset is Gauss-Markov: 2 (1 - exp(-t/tau)) of its variance. Where
+        another drone has told of that offset, it has moved by what is not unknown any more.
         """
-        keep = float(self._joint.model.decay((stamp_ns - first.stamp_ns) * 1e-9)[0])
-        drift = 2.0 * (1.0 - keep) * float(self._joint.stationary[:2, :2].max())
-        return drift + first.variance + float(one.spread.max()) + TUNING.apparent_m**2
+        keep = self._source.decay((now.stamp_ns - first.stamp_ns) * 1e-9)
+        firsts = np.arange(0, len(keep), COUNT)
+        lasting = float(keep[firsts].min())
+        drift = (
+            2.0
+            * (1.0 - lasting)
+            * max(float(self._source.stationary[k : k + 2, k : k + 2].max()) for k in firsts)
+        )
+        told = max(float((first.receivers - now.receivers).max()), 0.0)
+        return drift + first.variance + told + float(one.spread.max()) + TUNING.apparent_m**2
 
 
 def _compared(one: Candidate, law: PositionLaw, row: int, stamp_ns: int) -> _FirstSeen:
     """Return a track relative to a reference."""
     own, variances = law.places([row]), law.covariance.diagonal()
-    variance = max(float(variances[own].max() - variances[GNSS].max()), 0.0)
-    return _FirstSeen(one.position - law.mean[own], variance, stamp_ns)
+    receivers = variances[law.receivers]
+    least = float(receivers.reshape(-1, 2).max(axis=1).min())
+    variance = max(float(variances[own].max()) - least, 0.0)
+    return _FirstSeen(one.position - law.mean[own], variance, receivers, stamp_ns)

@@ -36,7 +36,9 @@ from aerial_gnss_ros.core.georeferencing.measurements import Measurements, measu
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
+from aerial_gnss_ros.core.references.candidates import Expected
 from aerial_gnss_ros.core.references.references import References
+from aerial_gnss_ros.core.references.source import FilterSource
 from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled, box_masks
 from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation, transience
 from aerial_gnss_ros.core.tracker.gnss_jump_test import robots_tell_jump
@@ -75,7 +77,7 @@ class Tracker:
         )
         self._image_evidence = ImageEvidence(self._image_tracks)
         self._account = BoxAccount()
-        self._references = References(joint, joint.log)
+        self._references = References(FilterSource(joint), joint.log)
         self._with_white = config.updates.covariance_parts
         self._referenced = False
         self._identity = identity
@@ -169,7 +171,8 @@ class Tracker:
         names = self._labelled(measured, replaced)
         if frame.references or self._referenced:
             self._referenced = True
-            self._references.update(self.table.tracks, frame, local)
+            expected = [Expected.of(one, frame.pose, local) for one in frame.references]
+            self._references.update(self.table.tracks, expected, stamp_ns)
         estimates, platform = self._estimates(stamp_ns)
         fork, moored = self._recovery.fork, self.table.filter.moored
         current = None if fork or moored is None else moored.current()

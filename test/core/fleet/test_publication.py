@@ -16,7 +16,14 @@ def test_robots_in_doubt_are_widened_and_those_of_the_same_drone_too(two_rtk):
     _, seen, update = updates[-1]
     now_ns = seen.pose.stamp_ns
     assert displaced(fleet.robots, 1, now_ns) == 0.0
-    plain = published(fleet.state.joint, fleet.robots, fleet._drones, seen, fleet.local)
+    joint = fleet.state.joint
+
+    def told():
+        return published(
+            joint.robots, joint.blocks(), fleet.robots, fleet._drones, seen, fleet.local
+        )
+
+    plain = told()
     assert [one.robot_id for one in plain] == [one.robot_id for one in update.estimates]
     assert {one.state for one in plain} == {State.CONFIRMED}
     one, other, _ = sorted(fleet.robots, key=lambda robot: robot.name)
@@ -25,7 +32,7 @@ def test_robots_in_doubt_are_widened_and_those_of_the_same_drone_too(two_rtk):
     one.note_rival(np.array([3.0, 4.0]), now_ns)
     assert displaced(fleet.robots, 1, now_ns) == 5.0
     assert displaced(fleet.robots, 0, now_ns) == 0.0
-    wide = published(fleet.state.joint, fleet.robots, fleet._drones, seen, fleet.local)
+    wide = told()
     more = [b.covariance[:2, :2] - a.covariance[:2, :2] for a, b in zip(plain, wide, strict=True)]
     np.testing.assert_allclose(more[0], [[9.0, 12.0], [12.0, 16.0]], atol=1e-9)
     np.testing.assert_allclose(more[1], 25.0 * np.eye(2), atol=1e-9)

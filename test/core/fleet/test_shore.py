@@ -170,6 +170,41 @@ def test_what_cannot_be_joined_is_refused_and_the_others_go_on(shore, flown):
     assert not shore.links["north/a"].refused
 
 
+def test_a_clock_an_hour_behind_is_refused_and_the_others_go_on(shore, flown):
+    """Its images are older than what is kept, once another drone has sent its own."""
+    made, sent, _ = flown
+
+    def behind(one):
+        pose = replace(one.sighting.pose, stamp_ns=scene_ns(one) - 3600 * SECOND_NS)
+        return replace(one, sighting=replace(one.sighting, pose=pose))
+
+    first, *rest = sent["b"]
+    shore.add("b", behind(first), scene_ns(first))  # nothing else is known yet
+    for one in sent["a"]:
+        give(shore, one)
+    for one in rest:
+        with pytest.raises(InputError, match="3600 s old by this computer's clock: the drone's c"):
+            shore.add("b", behind(one), scene_ns(one))
+    result = shore.advance()
+    assert shore.links["b"].refused == {"too_late": len(rest)}
+    assert not shore.links["north/a"].refused
+    fleet = Fleet(made.configs, made.local)
+    for one in sent["a"]:
+        update = fleet.update("a", one.sighting)
+    assert repr(result.estimates) == repr(update.estimates)
+
+
+def test_what_becomes_of_references_is_said_once_though_the_fleet_goes_back(shore, flown):
+    _, sent, _ = flown
+    for one in [*sent["a"], *sent["b"]]:
+        give(shore, one)
+    shore.advance()
+    update = shore.links["b"].update
+    for words in ("pier is a_1: one", "pier is a_1: again", "pier is not used: two"):
+        shore._note(replace(update, notes=(words,)))
+    assert shore.notes == ["pier is a_1: one", "pier is not used: two"]
+
+
 def test_a_sender_that_floods_is_held_to_a_rate(shore, flown):
     one = flown[1]["b"][0]
     for number in range(TUNING.most_hz):

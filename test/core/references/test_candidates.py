@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
-from aerial_gnss_ros.core.references.candidates import candidates_of, with_crowding
+from aerial_gnss_ros.core.references.candidates import Expected, candidates_of, with_crowding
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 
@@ -18,10 +17,10 @@ def track(sea, label, class_id="buoy", seen=1.0):
     return Track(class_id, 0, sea.stamp(seen), State.CONFIRMED, label)
 
 
-def frame(sea, *references):
-    """Return an image without boxes, taken 30 m above the map's origin."""
+def expected(sea, *references):
+    """Return where they appear 30 m above the map's origin."""
     world = sea.World()
-    return PosedFrame(sea.boxes(1.0, []), world.camera, world.pose(1.0), None, None, references)
+    return [Expected.of(one, world.pose(1.0), world.local) for one in references]
 
 
 def place(local, name, at, **more):
@@ -31,7 +30,7 @@ def place(local, name, at, **more):
 
 def test_of_its_class_and_in_view_or_the_reference_already(sea):
     local = sea.World().local
-    one = frame(sea, place(local, "mark", (4.0, 18.0)))
+    one = expected(sea, place(local, "mark", (4.0, 18.0)))
     tracks = [
         track(sea, "buoy_1"),
         track(sea, "aqua_1", "aqua"),
@@ -39,25 +38,26 @@ def test_of_its_class_and_in_view_or_the_reference_already(sea):
         track(sea, "buoy_2", seen=0.5),
         track(sea, "buoy_3", seen=0.5),
     ]
-    assert [c.rows for c in candidates_of(one, local, tracks, {})] == [(0,)]
-    assert [c.rows for c in candidates_of(one, local, tracks, {"mark": "buoy_3"})] == [(0, 4)]
+    assert [c.rows for c in candidates_of(one, sea.stamp(1.0), tracks, {})] == [(0,)]
+    assert [c.rows for c in candidates_of(one, sea.stamp(1.0), tracks, {"mark": "buoy_3"})] == [
+        (0, 4)
+    ]
 
 
 @pytest.mark.parametrize(("high", "factor"), [(0.0, 1.0), (2.0, 30.0 / 28.0), (31.0, 1.0)])
 def test_what_stands_out_of_the_water_appears_farther_off(sea, high, factor):
     """Similar triangles: 2 m high, 30 m below the camera: 30/28 of the distance."""
     local = sea.World().local
-    one = frame(sea, place(local, "mark", (4.0, 18.0), height=high))
-    (found,) = candidates_of(one, local, [], {})
+    (found,) = expected(sea, place(local, "mark", (4.0, 18.0), height=high))
     assert found.position == pytest.approx(factor * np.array([4.0, 18.0]), abs=2e-3)
 
 
 def test_more_tracks_than_references_of_a_class_are_a_crowd(sea):
     local = sea.World().local
     moving = place(local, "rtk", (9.0, 9.0), moves=True)
-    one = frame(sea, place(local, "mark", (4.0, 18.0)), moving)
+    one = expected(sea, place(local, "mark", (4.0, 18.0)), moving)
     for count, crowded in ((2, False), (3, True)):
         tracks = [track(sea, f"buoy_{i}") for i in range(count)]
-        found = with_crowding(candidates_of(one, local, tracks, {}), one.references)
+        found = with_crowding(candidates_of(one, sea.stamp(1.0), tracks, {}), one)
         assert {name: c.crowded for name, c in found.items()} == {"mark": crowded, "rtk": crowded}
         assert {name: c.stays for name, c in found.items()} == {"mark": True, "rtk": False}

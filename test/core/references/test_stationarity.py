@@ -22,9 +22,9 @@ class Filter:
     """What the test reads of the filter: a receiver of 1 m whose offset lasts tau seconds."""
 
     def __init__(self, tau_s=1e9):
-        self.jumps = SimpleNamespace(believed=np.zeros(2))
+        self.believed = np.zeros(2)
         self.stationary = np.eye(COUNT)
-        self.model = SimpleNamespace(decay=lambda s: np.full(COUNT, np.exp(-s / tau_s)))
+        self.decay = lambda s: np.full(COUNT, np.exp(-s / tau_s))
 
 
 def law(*places, sigma_m=0.0):
@@ -78,5 +78,5 @@ def test_an_accepted_jump_of_the_receiver_is_no_motion():
     filtering = Filter()
     test = StationarityTest(filtering)
     moved(test, law((5, 0)), 0.0)
-    filtering.jumps.believed = np.array([3.0, 0.0])
+    filtering.believed = np.array([3.0, 0.0])
     assert moved(test, law((8, 0)), 1.0) == ((0,), {})
