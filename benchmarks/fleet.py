@@ -36,6 +36,7 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.tracker.protocol import Tracking
 from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
+from aerial_gnss_ros.core.values.samples import Fix
 from aerial_gnss_ros.evaluation.bound import TrueDrone, TrueFrame, bound, joint_bound
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
 from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
@@ -67,6 +68,8 @@ class Cell:
         told: whether the filter is told that they stay.
         robots: number of them.
         duration_s: length.
+        survey_m: one sigma with which the place of a beacon is known, of which only the last drone
+            has boxes, m; 0: there is none.
     """
 
     kind: str
@@ -77,6 +80,12 @@ class Cell:
     told: bool = False
     robots: int = 3
     duration_s: float = 24.0
+    survey_m: float = 0.0
+
+    @property
+    def beacons(self) -> int:
+        """Number of beacons."""
+        return int(self.survey_m > 0.0)
 
     @property
     def words(self) -> str:
@@ -85,8 +94,10 @@ class Cell:
         drones = "" if len(self.noises) == 2 else f"{len(self.noises)} drones, "
         robots = "one robot, " if self.robots == 1 else ""
         motion = "swimming" if self.speed else "told to stay" if self.told else "still"
+        known = f", the other one sees a reference of {self.survey_m:g} m" if self.beacons else ""
         return (
             f"{drones}{self.kind}, {self.formation}, {self.height_m:g} m, {sets}, {robots}{motion}"
+            f"{known}"
         )
 
 
@@ -104,6 +115,7 @@ CELLS = (
     Cell("orbit", "opposite", 30.0, ("consumer",) * 4, 0.3),
     Cell("hover", "opposite", 30.0, RTK, told=True, duration_s=60.0),
     Cell("hover", "opposite", 30.0, RTK, told=True, robots=1, duration_s=60.0),
+    Cell("hover", "opposite", 30.0, TWO, survey_m=0.05),
 )
 
 MIXED = {"hover": "opposite", "orbit": "opposite", "mixed": "above"}
@@ -155,24 +167,39 @@ def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
     """Return one flight's record."""
     made = drones_of(cell, seed, share)
     local = LocalMap(made["a"].flight.origin)
-    configs = {name: config_of(cell, noise) for name, noise in zip(made, cell.noises, strict=True)}
+    last = [*made][-1]
+    configs = {
+        name: config_of(cell, noise, one.reference() if name == last else None)
+        for (name, one), noise in zip(made.items(), cell.noises, strict=True)
+    }
     sightings: list[tuple[int, str, Sighting]] = []
     alone: list[float] = []
     for name, one in made.items():
         results, seen = own(one, configs[name])
-        alone.append(errors_at_end(made["a"], local, [r.estimates for r in results])[0])
+        alone.append(
+            errors_at_end(made["a"], local, [r.estimates for r in results], cell.beacons)[0]
+        )
         sightings += [(sighting.pose.stamp_ns, name, sighting) for sighting in seen]
     sightings.sort(key=lambda item: item[:2])
     fleet, began = Fleet(configs, local), time.process_time()
     updates = [(name, seen, fleet.update(name, seen)) for _, name, seen in sightings]
     spent = time.process_time() - began
     published = [update.estimates for _, _, update in updates]
-    squared, nees = errors_at_end(made["a"], local, published)
-    drones = [true_drone(one, configs[name]) for name, one in made.items()]
+    squared, nees = errors_at_end(made["a"], local, published, cell.beacons)
+    drones = [
+        true_drone(one, configs[name], 0 if name == last else cell.beacons)
+        for name, one in made.items()
+    ]
     end = round(LAST_S * made["a"].clock.rate_hz)
-    limits = joint_bound(drones, local, share)[0][-end:]
+    known = dict.fromkeys(range(cell.beacons), cell.survey_m)
+    limits = joint_bound(drones, local, share, known)[0][-end:, cell.beacons :]
     first = bound(drones[0].config, drones[0].camera, drones[0].frames, local)[-end:]
-    names = {one.robot_id for estimates in published[len(published) // 2 :] for one in estimates}
+    names = {
+        one.robot_id
+        for estimates in published[len(published) // 2 :]
+        for one in estimates
+        if one.class_id != "beacon"
+    }
     return Record(
         number, seed, share, squared, tuple(alone), trace(limits), trace(first), nees,
         sum(len(robot.labels) == len(made) for robot in fleet.robots), len(names),
@@ -217,20 +244,28 @@ def drones_of(cell: Cell, seed: int, share: float) -> dict[str, Experiment]:
 
     def first(flight: GeneratedFlight, others: Sequence[GeneratedFlight]) -> Experiment:
         return Experiment(
-            flight, default_camera(1280, 720), plans[0], robots=cell.robots,
-            swim=SwimPlan(cell.speed, cell.speed), detector=DetectorPlan(2.0, 0.0, 0.0),
-            seed=seed, others=others,
+            flight, default_camera(1280, 720), plans[0], robots=cell.robots + cell.beacons,
+            swim=SwimPlan(cell.speed, cell.speed, beacons=cell.beacons),
+            detector=DetectorPlan(2.0, 0.0, 0.0), seed=seed, others=others,
+            survey_m=cell.survey_m,
         )  # fmt: skip
 
     plan = FlightPlan(kind=cell.kind, duration_s=cell.duration_s, height_m=cell.height_m)
     return together(first, plan, Formation(cell.formation, len(plans), share), seed, plans)
 
 
-def config_of(cell: Cell, noise: str) -> EstimatorConfig:
-    """Return the configuration of a drone's estimator."""
+def config_of(cell: Cell, noise: str, reference: Fix | None = None) -> EstimatorConfig:
+    """Return the configuration of a drone's estimator; without a reference it sees no beacon."""
+    known: dict[str, Any] = {"detections.classes": ["aqua"]} if cell.beacons else {}
+    if reference is not None:
+        place = [math.degrees(reference.latitude), math.degrees(reference.longitude)]
+        pier = {"class": "beacon", "position": place, "sigma_m": cell.survey_m}
+        known = {"references": {"pier": pier}}
     stay = {"noise.robot_acceleration": 0.001, "tracks.max_speed": 0.05} if cell.told else {}
     return estimator_config(
-        {"noise.set": noise, "fix.altitude_datum": "ellipsoid", "tracks.find_moored": False} | stay
+        {"noise.set": noise, "fix.altitude_datum": "ellipsoid", "tracks.find_moored": False}
+        | stay
+        | known
     )
 
 
@@ -262,16 +297,28 @@ def own(
 
 
 def errors_at_end(
-    one: Experiment, local: LocalMap, published: Sequence[tuple[RobotEstimate, ...]]
+    one: Experiment,
+    local: LocalMap,
+    published: Sequence[tuple[RobotEstimate, ...]],
+    beacons: int = 0,
 ) -> tuple[float, float]:
-    """Return mean squared error, m², and mean NEES of a degree of freedom at the flight's end."""
+    """Return mean squared error, m², and mean NEES of a degree of freedom at the flight's end.
+
+    Args:
+        one: the flight.
+        local: the frame `map`.
+        published: positions by image.
+        beacons: so many of the first robots do not count.
+    """
     begin_ns = START_NS + round((one.flight.duration_s - LAST_S) * 1e9)
     squares, normalised = list[float](), list[float]()
     for estimates in published:
         if not estimates or estimates[0].stamp_ns < begin_ns:
             continue
-        true = one.swarm.positions([(estimates[0].stamp_ns - START_NS) * 1e-9])[:, 0, :2]
+        true = one.swarm.positions([(estimates[0].stamp_ns - START_NS) * 1e-9])[beacons:, 0, :2]
         for estimate in estimates:
+            if estimate.class_id == "beacon":
+                continue
             place = local.positions([estimate.latitude], [estimate.longitude])[0]
             apart = true - place
             error = apart[np.argmin(np.square(apart).sum(axis=1))]
@@ -282,13 +329,14 @@ def errors_at_end(
     return float(np.mean(squares)), float(np.mean(normalised))
 
 
-def true_drone(one: Experiment, config: EstimatorConfig) -> TrueDrone:
-    """Return a drone for the bound."""
+def true_drone(one: Experiment, config: EstimatorConfig, unseen: int = 0) -> TrueDrone:
+    """Return a drone for the bound, which does not see so many of the first robots."""
     frames = [
         TrueFrame(
             one.true_pose(frame),
             one.swarm.positions([frame.t])[:, 0, :2],
-            np.isin(one.swarm.names, one.projected(frame).names),
+            np.isin(one.swarm.names, one.projected(frame).names)
+            & (np.arange(len(one.swarm.names)) >= unseen),
         )
         for frame in one.frames()
     ]

@@ -133,9 +133,10 @@ class References:
         self._candidates = with_crowding(found, expected)
         for name in [one for one in self.links if one not in self._candidates.keys() | waiting]:
             del self.links[name]
-        if (self._stamp_ns - self._weighed_ns) * 1e-9 >= TUNING.weighed_every_s:
+        in_view = [one for one in self._candidates.values() if one.rows]
+        if in_view and (self._stamp_ns - self._weighed_ns) * 1e-9 >= TUNING.weighed_every_s:
             self._weighed_ns = self._stamp_ns
-            self._weigh(tracks, [one for one in self._candidates.values() if one.rows])
+            self._weigh(tracks, in_view)
         self._corrected(tracks, self._stamp_ns)
 
     def forget(self, names: Sequence[str]) -> None:
@@ -236,8 +237,6 @@ class References:
 
     def _weigh(self, tracks: Sequence[NamedTrack], candidates: list[Candidate]) -> None:
         """Decide which tracks references are, and whether their stated positions are right."""
-        if not candidates:
-            return
         law = self._law([row for one in candidates for row in one.rows])
         inside = set(law.rows.tolist())
         candidates = [

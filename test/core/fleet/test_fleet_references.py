@@ -97,6 +97,15 @@ def rms(flown, estimates, robot):
     return math.sqrt(float(np.mean(np.square(apart).sum(axis=1))))
 
 
+def test_it_does_not_matter_which_drone_s_images_come_first(flown):
+    """Images without the pier, taken at the same time, take no decision for those that show it."""
+    fleet, _ = replace(
+        flown, configs=flown.configs | {"a": stating(flown, {"pier": true_place(flown, PIER)})}
+    ).together(order="ba")
+    assert [one.name for one in staying_references(fleet._drones)] == ["pier"]
+    assert list(fleet._references._references.links) == ["pier"]
+
+
 def same(updates, others):
     for (_, _, one), (_, _, other) in zip(updates, others, strict=True):
         assert [e.robot_id for e in one.estimates] == [e.robot_id for e in other.estimates]
