@@ -20,7 +20,7 @@ from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
-from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
+from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT, pose_jacobian
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
 
@@ -69,6 +69,12 @@ class Linear:
     seen: NDArray[np.bool_]
 
 
+_NOTHING = Linear(
+    np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros((0, 2, COUNT)), np.zeros((0, 2, POSE_COUNT)),
+    np.zeros(0, np.bool_),
+)  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Outcome:
     """Fit of an image.
@@ -81,7 +87,7 @@ class Outcome:
         slots: of the updated robots.
         residual: (m, 2) of their boxes, px.
         spread: (2 m, 2 m) covariance of that, px².
-        by_place: (m, 2, 2) derivative of the pixels by the robots' East, North, px/m.
+        linear: the linearisation of these boxes that was used.
     """
 
     squared: float
@@ -91,7 +97,12 @@ class Outcome:
     slots: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
     residual: Array = field(default_factory=lambda: np.zeros((0, 2)))
     spread: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    by_place: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))
+    linear: Linear = _NOTHING
+
+    @property
+    def by_place(self) -> Array:
+        """(m, 2, 2) derivative of the pixels by the robots' East, North, px/m."""
+        return self.linear.by_place
 
     def normalised(self) -> Array:
         """Return each robot's own residual by its own covariance, (m, 2)."""
@@ -198,8 +209,7 @@ def correct(
     joint.unseen[some] = 0.0
     _note_velocities(joint, some, change, reduction)
     fits = -0.5 * float(white @ white) - float(np.add.reduce(np.log(root.diagonal())))
-    own = linear.by_place
-    return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread, own)
+    return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread, linear)
 
 
 def _gain(root: Array, by_state: Array) -> tuple[Array, Array]:

@@ -301,11 +301,9 @@ class SharedState:
             self._moving[used] = self._shown[1][used]
         if not self._others or not len(used):
             return outcome
-        places = before[COUNT:].reshape(-1, 4)[used, :2]
-        linear = linearise(sight, before[:COUNT], places, joint.by_pose[used, :2])
         root = np.linalg.cholesky(outcome.spread)
-        by_active = dtrsm(1.0, root, _observed(linear, used, P), lower=1)
-        by_others = dtrsm(1.0, root, _observed(linear, used, self._cross), lower=1)
+        by_active = dtrsm(1.0, root, _observed(outcome.linear, used, P), lower=1)
+        by_others = dtrsm(1.0, root, _observed(outcome.linear, used, self._cross), lower=1)
         self._pass_on(by_active, by_others, joint.mean - before)
         joint.covariance[LATENCY, LATENCY] -= by_active[:, LATENCY] @ by_active[:, LATENCY]
         return outcome
