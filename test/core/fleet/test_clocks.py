@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.fleet.clocks import NO_OFFSET, TUNING, ClockOffset, clock_offset
-from aerial_gnss_ros.core.fleet.shared_state import SharedState, moving
+from aerial_gnss_ros.core.fleet.shared_state import SharedState
 
 
 @pytest.fixture(scope="module")
@@ -73,22 +73,6 @@ def test_an_offset_is_that_to_the_other_or_to_the_median(clocks, expected):
     assert [one.ahead_s for one in found] == pytest.approx(expected)
     assert found[0].sigma_s == pytest.approx({2: 0.2828, 3: 0.2828, 4: 0.2449}[len(clocks)], 1e-3)
     assert clock_offset(SharedState([np.eye(7)], 0.5), 0, 1) is NO_OFFSET
-
-
-def test_a_robot_moves_when_that_is_sure_until_it_stands(swimming):
-    fleet, _ = swimming.together()
-    joint, no, yes = fleet.state.joint, np.zeros(3, np.bool_), np.ones(3, np.bool_)
-    for axis in (9, 10):
-        joint.covariance[axis, axis] = 0.02**2
-    for speed, begins, goes_on in (
-        (0.09, False, True), (0.11, False, True), (0.12, True, True), (0.02, False, False)
-    ):  # fmt: skip
-        joint.robots[0, 2:] = 0.6 * speed, -0.8 * speed
-        assert (moving(joint, no)[0], moving(joint, yes)[0]) == (begins, goes_on)
-    joint.covariance[9, 9] = 0.001**2
-    joint.covariance[10, 10] = 0.001**2
-    joint.robots[0, 2:] = 0.0, 0.09
-    assert not moving(joint, no)[0]
 
 
 def test_robots_come_back_from_a_drones_time_as_they_were(swimming):

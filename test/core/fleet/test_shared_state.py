@@ -40,17 +40,6 @@ def sight(drone, shift=0.0):
     return CameraView.of(CAMERA, MapPose(place, np.asarray(rotation)), np.zeros(6), 0.0)
 
 
-def canonical(state, count):
-    """Mean and covariance with the drones in order, then the robots."""
-    mean, P, order = state.whole()
-    n = len(mean) - 7 * count
-    starts = [0, *(7 + n + 7 * i for i in range(count - 1))]
-    index = [i for d in range(count) for i in range(starts[order.index(d)],
-                                                      starts[order.index(d)] + 7)]  # fmt: skip
-    index += range(7, 7 + n)
-    return mean[index], P[np.ix_(index, index)]
-
-
 class Dense:
     """The same filter with matrices as in a textbook."""
 
@@ -131,7 +120,7 @@ def test_many_images_of_three_drones_give_the_covariance_of_one_dense_filter(sha
         linear = linearise(view, np.zeros(7), PLACES[slots])
         state.correct(slots, linear.pixels, view, MODELS[drone])
         dense.update(drone, linear, MODELS[drone], np.zeros((len(slots), 2)), slots)
-    P = canonical(state, 3)[1]
+    P = state.ordered()[1]
     scale = np.sqrt(np.maximum(dense.P.diagonal(), 1e-12))
     np.testing.assert_allclose(P / np.outer(scale, scale), dense.P / np.outer(scale, scale),
                                atol=1e-6)  # fmt: skip
@@ -146,20 +135,11 @@ def test_an_update_corrects_the_drones_that_did_not_see_it():
     residual = np.array([[2.0, -1.0], [1.0, 1.5], [-2.0, 0.5]])
     state.correct(np.arange(3), linear.pixels + residual, view, MODELS[1])
     dense.update(1, linear, MODELS[1], residual, [0, 1, 2])
-    mean, P = canonical(state, 3)
+    mean, P = state.ordered()
     np.testing.assert_allclose(mean, dense.mean, atol=1e-7)
     assert abs(mean[0]) > 0.05
     assert abs(mean[14]) > 0.01
     np.testing.assert_allclose(P, dense.P, atol=1e-7)
-
-
-def test_the_order_in_which_drones_were_active_is_no_information():
-    state, _ = both()
-    before = canonical(state, 3)
-    for drone in (2, 0, 1, 2, 1):
-        state.activate(drone)
-    for one, other in zip(before, canonical(state, 3), strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 def test_two_robots_that_are_one_tell_of_both_drones():
@@ -172,7 +152,7 @@ def test_two_robots_that_are_one_tell_of_both_drones():
     state.tie(0, 3, 1e-4)
     state.drop(np.array([0]))
     dense.update(1, linear_of(linear, 0), MODELS[1], np.zeros((1, 2)), [0])
-    P = canonical(state, 3)[1]
+    P = state.ordered()[1]
     np.testing.assert_allclose(P[:21, :21], dense.P[:21, :21], atol=2e-6)
 
 
@@ -180,23 +160,6 @@ def linear_of(linear, row):
     """One robot's part of a linearisation."""
     parts = (linear.pixels, linear.by_place, linear.by_platform, linear.by_pose, linear.seen)
     return type(linear)(*(part[row : row + 1] for part in parts))
-
-
-def test_a_receiver_that_jumped_is_as_unknown_as_at_first_and_nothing_else_is_lost():
-    state, _ = both()
-    view = sight(1)
-    state.look(1, view)
-    pixels = linearise(view, np.zeros(7), PLACES).pixels
-    state.correct(np.arange(3), pixels, view, MODELS[1])
-    robots = state.joint.blocks()
-    state.forget_gnss(0, STATIONARY)
-    P = canonical(state, 3)[1]
-    np.testing.assert_array_equal(robots, state.joint.blocks())
-    assert np.linalg.eigvalsh(P).min() > -1e-12
-    # What is common with the third receiver is told by it; the second has removed that.
-    assert 0.7 < P[0, 0] < 1.44
-    assert P[0, 14] == pytest.approx(0.5 * P[14, 14], rel=0.05)
-    assert abs(P[0, 7]) < 1e-3
 
 
 @pytest.mark.parametrize("moved", [False, True])

@@ -1,0 +1,189 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Joint Gaussian of several drones' errors and of robots, with one drone's part as a `JointState`.
+
+An image of one drone depends on that drone's errors and on robots alone. These form a `JointState`,
+the *active* part. The errors of all other drones are kept beside it, with their covariances with
+the active part.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.fleet.receivers import joint_prior
+from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS, LATENCY
+
+Array = NDArray[np.float64]
+
+
+class DroneBlocks:
+    """Which drone is active, and what is known of all.
+
+    Args:
+        stationary: (7, 7) prior covariance of each drone's errors.
+        share: prior share of the receivers' variance that is common to all drones.
+
+    Attributes:
+        joint: the active drone's errors and the robots.
+        active: number of the active drone.
+    """
+
+    def __init__(self, stationary: list[Array], share: float) -> None:
+        self.joint = JointState(stationary[0])
+        self.active, self._others = 0, list(range(1, len(stationary)))
+        self._share = share
+        size = COUNT * len(self._others)
+        self._mean = np.zeros(size)
+        self._cross = np.zeros((COUNT, size))  # of the active part with the others
+        self._own = np.zeros((size, size))
+        active, between, own = self._prior(stationary)
+        self._cross[:], self._own[:] = between, own
+        self.joint.covariance[:] = active
+
+    def platform(self, drone: int) -> tuple[Array, Array]:
+        """Return a drone's errors (7,) and their covariance (7, 7)."""
+        if drone == self.active:
+            return self.joint.mean[:COUNT].copy(), self.joint.covariance[:COUNT, :COUNT].copy()
+        own = self._place(drone)
+        return self._mean[own].copy(), self._own[own, own].copy()
+
+    def assume(self, drone: int, errors: Array) -> None:
+        """Set a drone's errors (7,) at the beginning, for derivatives near the truth."""
+        self.activate(drone)
+        self.joint.mean[:COUNT] = errors
+
+    def platforms(self) -> tuple[Array, Array]:
+        """Return all drones' errors (7 N,) and their covariance, in the drones' order."""
+        mean, P = self.ordered()
+        own = slice(COUNT * (1 + len(self._others)))
+        return mean[own], P[own, own]
+
+    def ordered(self) -> tuple[Array, Array]:
+        """Return mean and covariance of everything: all drones' errors in their order, robots."""
+        mean, P, order = self.whole()
+        size = len(self.joint.mean)
+        firsts = [0, *(size + COUNT * k for k in range(len(order) - 1))]
+        places = [firsts[order.index(drone)] + np.arange(COUNT) for drone in sorted(order)]
+        every = np.concatenate([*places, np.arange(COUNT, size)])
+        return mean[every], P[np.ix_(every, every)]
+
+    def prior(self, stationary: list[Array]) -> Array:
+        """Return the prior covariance of all drones' errors (7 N, 7 N), in the drones' order.
+
+        Args:
+            stationary: (7, 7) of each drone.
+        """
+        return joint_prior(stationary, self._share)
+
+    def whole(self) -> tuple[Array, Array, list[int]]:
+        """Return mean and covariance of everything, and the order of the drones' blocks in it.
+
+        The active drone's errors come first, then the robots, then the other drones.
+        """
+        mean = np.concatenate([self.joint.mean, self._mean])
+        P = np.block([[self.joint.covariance, self._cross], [self._cross.T, self._own]])
+        return mean, P, [self.active, *self._others]
+
+    def activate(self, drone: int) -> None:
+        """Make another drone's errors part of the active `JointState`."""
+        if drone == self.active:
+            return
+        own, joint = self._place(drone), self.joint
+        mean, P, _ = self.whole()
+        size = len(joint.mean)
+        order = np.arange(len(mean))
+        order[:COUNT], order[size:][own] = order[size:][own].copy(), order[:COUNT].copy()
+        mean, P = mean[order], P[np.ix_(order, order)]
+        joint.mean, self._mean = mean[:size].copy(), mean[size:].copy()
+        joint.covariance, self._cross = P[:size, :size].copy(), P[:size, size:].copy()
+        self._own = P[size:, size:].copy()
+        self._others[self._others.index(drone)] = self.active
+        self.active = drone
+        joint.view = None
+
+    def linearise_at(self, drone: int, positions: Array) -> None:
+        """Make a drone active and set the estimate, for derivatives at the truth of its image.
+
+        Args:
+            drone: its number.
+            positions: (n, 2) true East, North by `joint.rows`, m; errors are 0.
+        """
+        self.activate(drone)
+        joint = self.joint
+        joint.mean[:], self._mean[:] = 0.0, 0.0
+        joint.robots[:, :2] = positions[joint.rows]
+        joint.camera[:], joint.view = np.nan, None  # nothing is carried
+
+    def apart(self, first: int, second: int, sigma: float) -> float:
+        """Return the squared Mahalanobis distance of two robots; see `tie`."""
+        joint, k = self.joint, COUNT + 4 * np.array([first, second])
+        offset = joint.mean[k[0] : k[0] + 2] - joint.mean[k[1] : k[1] + 2]
+        rows = joint.covariance[k[0] : k[0] + 2] - joint.covariance[k[1] : k[1] + 2]
+        spread = rows[:, k[0] : k[0] + 2] - rows[:, k[1] : k[1] + 2] + sigma**2 * np.eye(2)
+        return float(offset @ np.linalg.solve(spread, offset))
+
+    def tie(self, first: int, second: int, sigma: float) -> None:
+        """Condition on two robots having the same position; see `JointState.tie`."""
+        joint = self.joint
+        a, b = COUNT + 4 * first, COUNT + 4 * second
+        apart = joint.covariance[a : a + 2] - joint.covariance[b : b + 2]
+        by_others = self._cross[a : a + 2] - self._cross[b : b + 2]
+        spread = apart[:, a : a + 2] - apart[:, b : b + 2] + sigma**2 * np.eye(2)
+        offset = joint.mean[a : a + 2] - joint.mean[b : b + 2]
+        joint.tie(first, second, sigma)
+        root = np.linalg.cholesky(spread)
+        by_active = np.linalg.solve(root, apart)
+        by_others = np.linalg.solve(root, by_others)
+        self._mean -= np.linalg.solve(root, offset) @ by_others
+        self._cross -= by_active.T @ by_others
+        self._own -= by_others.T @ by_others
+
+    def forget_gnss(self, drone: int, stationary: list[Array]) -> None:
+        """Reset a receiver's offset, which has jumped, to what the other receivers tell of it.
+
+        Args:
+            drone: its number.
+            stationary: (7, 7) prior covariance of each drone's errors.
+        """
+        self.activate(drone)
+        active, between, own = self._prior(stationary)
+        joint, others = self.joint, np.arange(len(self._mean)) % COUNT < GNSS.stop
+        rest = own[np.ix_(others, others)]
+        by_others = between[GNSS][:, others] @ np.linalg.pinv(rest, hermitian=True)
+        joint.mean[GNSS] = by_others @ self._mean[others]
+        with_joint = by_others @ self._cross[:, others].T
+        with_others = by_others @ self._own[others]
+        joint.covariance[GNSS], joint.covariance[:, GNSS] = with_joint, with_joint.T
+        unknown = active[GNSS, GNSS] - by_others @ rest @ by_others.T
+        told = by_others @ self._own[np.ix_(others, others)] @ by_others.T
+        joint.covariance[GNSS, GNSS] = unknown + told
+        self._cross[GNSS] = with_others
+
+    def _pass_on(self, by_active: Array, by_others: Array, moved: Array) -> None:
+        """Update the other drones after an update of the active part.
+
+        Args:
+            by_active: (m, d) covariance of the whitened innovation with the active part.
+            by_others: (m, k) the same with the other drones' errors.
+            moved: (d,) by how much the active part's mean was corrected.
+        """
+        known = np.arange(len(moved)) != LATENCY  # only considered by `update.correct`
+        white = np.linalg.lstsq(by_active[:, known].T, moved[known], rcond=None)[0]
+        self.joint.mean[LATENCY] += white @ by_active[:, LATENCY]
+        self._mean += white @ by_others
+        self._cross -= by_active.T @ by_others
+        self._own -= by_others.T @ by_others
+
+    def _place(self, drone: int) -> slice:
+        """Return where the errors of a drone that is not active are among the others'."""
+        k = COUNT * self._others.index(drone)
+        return slice(k, k + COUNT)
+
+    def _prior(self, stationary: list[Array]) -> tuple[Array, Array, Array]:
+        """Return the prior covariance of the active drone, with the others, and of these."""
+        order = [stationary[drone] for drone in (self.active, *self._others)]
+        whole = joint_prior(order, self._share)
+        return whole[:COUNT, :COUNT], whole[:COUNT, COUNT:], whole[COUNT:, COUNT:]
