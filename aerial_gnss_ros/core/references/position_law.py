@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.state_arrays import Indices, StateArrays
-from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS, LATENCY
+from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS
 
 Array = NDArray[np.float64]
 
@@ -35,21 +35,18 @@ class PlatformKnowledge:
     spread: Array
 
     def later(self, keep: Array, stationary: Array) -> PlatformKnowledge:
-        """Return it after the errors have drifted (Gauss-Markov).
+        """Return it after the errors have drifted (Gauss-Markov), each by its own time.
+
+        Such a process is the same backward in time: the errors of then are `keep` times those of
+        now, and a rest that is independent of these.
 
         Args:
             keep: (7 N,) factors by which their old values still count.
             stationary: (7 N, 7 N) their covariance when nothing is known of them.
         """
         drift = (1.0 - np.outer(keep, keep)) * stationary
-        lasting = np.arange(len(keep)) % COUNT != LATENCY  # references do not show the latency
-        kept = float(keep[lasting].min())
-        # Of errors that last longer, a smaller part of the present value was shown then.
-        by_errors = self.by_errors.copy()
-        if kept > 0.0:
-            by_errors[:, lasting] *= kept / keep[lasting]
-        spread = kept**2 * self.spread + by_errors @ drift @ by_errors.T
-        return PlatformKnowledge(by_errors, kept * self.value, spread)
+        spread = self.spread + self.by_errors @ drift @ self.by_errors.T
+        return PlatformKnowledge(self.by_errors * keep, self.value, spread)
 
 
 @dataclass(frozen=True)

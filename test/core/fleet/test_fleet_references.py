@@ -12,7 +12,9 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.fleet.drone import Drone
-from aerial_gnss_ros.core.fleet.fleet_references import staying_references
+from aerial_gnss_ros.core.fleet.fleet import Fleet
+from aerial_gnss_ros.core.fleet.fleet_references import FleetReferences, staying_references
+from aerial_gnss_ros.core.references.candidates import Expected
 from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 from aerial_gnss_ros.simulation.sensors import START_NS
 
@@ -192,3 +194,27 @@ def test_what_is_gone_is_remembered_as_the_receivers_drift(flown):
     drift = 1.2 * math.sqrt(1.0 - math.exp(-2.0 * 5.0 / 300.0))
     (before,) = of_robot(gone, [u for u in updates if u[0] == "a"][-1:], OURS, 0.0)
     assert before.sigma < last[0].sigma < math.hypot(before.sigma, drift) + 0.05
+
+
+def test_what_stands_out_of_the_water_is_expected_between_where_the_drones_show_it(flown):
+    (place,) = staying_references([Drone("a", stating(flown, {"pier": true_place(flown, PIER)}))])
+    high = replace(place, height=2.0)
+    fleet = Fleet(flown.configs, flown.local)
+    references = FleetReferences(fleet._drones, (high,), fleet.state)
+    seen = [flown.sightings[name][-1] for name in "ab"]
+    shown = [Expected.of(high, one.pose, flown.local).position for one in seen]
+    assert np.linalg.norm(shown[1] - shown[0]) > 1.0
+
+    def expected(number, sighting):
+        fleet._drones[number].last = sighting
+        return references._expected(high, number, sighting, flown.local)
+
+    one = expected(0, seen[0])
+    np.testing.assert_allclose(one.position, shown[0])
+    np.testing.assert_allclose(one.spread, high.covariance)
+    without = expected(1, seen[1])  # it shows no beacon: the other one's place counts
+    np.testing.assert_allclose(without.position, shown[0])
+    both = expected(1, replace(seen[1], class_ids=("beacon", *seen[1].class_ids[1:])))
+    half = 0.5 * (shown[1] - shown[0])
+    np.testing.assert_allclose(both.position, shown[0] + half)
+    np.testing.assert_allclose(both.spread, high.covariance + np.outer(half, half))

@@ -9,7 +9,11 @@ import pytest
 
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.platform_model import COUNT
-from aerial_gnss_ros.core.references.position_law import PositionLaw, blocks_apart
+from aerial_gnss_ros.core.references.position_law import (
+    PlatformKnowledge,
+    PositionLaw,
+    blocks_apart,
+)
 
 GNSS_M, OWN_M = 1.2, 0.1
 TOLD = 0.05
@@ -74,17 +78,20 @@ def test_what_a_known_robot_tells_of_the_platform_corrects_the_others_alike():
     assert after.states()[1][[0, 2]] == pytest.approx(direct.states()[1][[0, 2]])
 
 
-def test_knowledge_of_the_errors_ages_as_they_drift():
-    reported = law().knowledge([6], np.array([[3.0, 1.0]]), TOLD**2 * np.eye(2)[None])
-    keep, stationary = np.full(COUNT, 0.9), GNSS_M**2 * np.eye(COUNT)
-    later = reported.later(keep, stationary)
-    assert later.value == pytest.approx(0.9 * reported.value)
-    drift = (1.0 - 0.81) * GNSS_M**2 * reported.by_errors @ reported.by_errors.T
-    assert later.spread == pytest.approx(0.81 * reported.spread + drift)
-    old = reported.later(np.zeros(COUNT), stationary)
-    assert old.value == pytest.approx(np.zeros(2))
-    before = law()
-    assert np.trace(before.given(old).offset()[1]) > 0.49 * np.trace(before.offset()[1])
+@pytest.mark.parametrize("keeps", [(0.9, 0.9), (0.9, 0.6), (1.0, 0.0), (0.0, 0.0)])
+def test_knowledge_of_errors_ages_as_each_of_them_drifts(keeps):
+    """Exactly: what a sum of two receivers' offsets told of both is carried on as they drift."""
+    keep, prior = np.repeat(keeps, COUNT), np.diag(np.repeat([1.44, 4.0], COUNT))
+    H = np.zeros((2, 2 * COUNT))
+    H[:, :2] = H[:, COUNT : COUNT + 2] = np.eye(2)
+    value, R = np.array([1.5, -0.8]), 0.05 * np.eye(2)
+    gain = prior @ H.T @ np.linalg.inv(H @ prior @ H.T + R)
+    then = prior - gain @ H @ prior
+    expected = keep[:, None] * then * keep + (1.0 - np.outer(keep, keep)) * prior
+    nobody = PositionLaw(np.zeros(0, np.intp), np.zeros(2 * COUNT), prior)
+    found = nobody.given(PlatformKnowledge(H, value, R).later(keep, prior))
+    assert found.mean == pytest.approx(keep * (gain @ value))
+    assert found.covariance == pytest.approx(expected)
 
 
 def test_a_receiver_without_error_is_not_corrected():
@@ -93,3 +100,19 @@ def test_a_receiver_without_error_is_not_corrected():
     after = exact.given(exact.knowledge([6], np.array([[9.0, 9.0]]), np.eye(2)[None]))
     assert after.offset()[0] == pytest.approx(np.zeros(2))
     assert np.isfinite(after.mean).all()
+
+
+def test_with_several_drones_the_errors_of_all_come_first():
+    rng = np.random.default_rng(5)
+    root = rng.standard_normal((2 * COUNT + 8, 2 * COUNT + 8))
+    both = PositionLaw(np.array([3, 8]), rng.standard_normal(2 * COUNT + 8), root @ root.T)
+    assert both.errors == 2 * COUNT
+    assert both.receivers.tolist() == [0, 1, COUNT, COUNT + 1]
+    assert both.offset(1)[0] == pytest.approx(both.mean[COUNT : COUNT + 2])
+    assert both.offset(1)[1] == pytest.approx(both.covariance[COUNT : COUNT + 2, COUNT : COUNT + 2])
+    assert both.places([8, 3]).tolist() == [18, 19, 14, 15]
+    known = [3], np.array([[2.0, -1.0]]), np.array([[[0.3, 0.1], [0.1, 0.2]]])
+    direct, reported = both.known(*known), both.knowledge(*known)
+    after = both.given(reported)
+    assert after.mean[: 2 * COUNT] == pytest.approx(direct.mean[: 2 * COUNT])
+    assert after.covariance[:14, :14] == pytest.approx(direct.covariance[:14, :14])

@@ -180,7 +180,8 @@ def test_after_it_leaves_the_view_the_error_grows_no_faster_than_the_receiver_dr
     sigmas = [last([one]).sigma for one in (results[115], results[415])]
     drift = 1.2 * math.sqrt(1.0 - math.exp(-2.0 * 30.0 / 300.0))
     assert error(last(results), ROBOTS["aqua"](0)) < 0.6
-    assert sigmas[1] <= math.hypot(sigmas[0], drift) + 0.02
+    # Compass, gimbal and height drift, too.
+    assert 0.95 * drift < sigmas[1] <= math.hypot(sigmas[0], drift) + 0.05
 
 
 def test_what_is_moored_may_swing(sea):

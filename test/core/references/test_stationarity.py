@@ -80,3 +80,14 @@ def test_an_accepted_jump_of_the_receiver_is_no_motion():
     moved(test, law((5, 0)), 0.0)
     filtering.believed = np.array([3.0, 0.0])
     assert moved(test, law((8, 0)), 1.0) == ((0,), {})
+
+
+def test_what_another_drone_told_of_the_receiver_is_no_motion():
+    """Its offset was unknown by 1 m, then by 0.6 m: the track moves with it, by 0.8 m one sigma."""
+    gate = 3.0 * np.sqrt(1.0 - 0.36 + 0.09)
+    for metres, rows in ((gate - 0.01, (0,)), (gate + 0.01, ())):
+        test = StationarityTest(Filter())
+        moved(test, law((5, 0)), 0.0)
+        told = law((5 + metres, 0))
+        told.covariance[:2, :2] *= 0.36
+        assert moved(test, told, 1.0)[0] == rows
