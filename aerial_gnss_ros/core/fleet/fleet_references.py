@@ -132,8 +132,8 @@ class FleetReferences:
         staying = [self._expected(one, drone, seen, local) for one in self._staying]
         waiting = {
             name for name, heard_ns in self._heard.items()
-            if 0 < now_ns - heard_ns <= TUNING.waits_s * 1e9
-        }  # fmt: skip
+            if now_ns - heard_ns <= TUNING.waits_s * 1e9
+        } - {one.name for one in seen.references}  # fmt: skip
         self._references.update(robots, staying + moving, now_ns, waiting)
 
     def apply(

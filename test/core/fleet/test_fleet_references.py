@@ -6,12 +6,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.fleet.drone import Drone
+from aerial_gnss_ros.core.fleet.fault import FAULTS
+from aerial_gnss_ros.core.fleet.fault_search import Found
 from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.core.fleet.fleet_references import FleetReferences, staying_references
 from aerial_gnss_ros.core.references.candidates import Expected
@@ -105,7 +108,28 @@ def test_it_does_not_matter_which_drone_s_images_come_first(flown):
         flown, configs=flown.configs | {"a": stating(flown, {"pier": true_place(flown, PIER)})}
     ).together(order="ba")
     assert [one.name for one in staying_references(fleet._drones)] == ["pier"]
-    assert list(fleet._references._references.links) == ["pier"]
+    assert list(links(fleet)) == ["pier"]
+
+
+def test_a_fleet_that_begins_anew_finds_its_references_again(flown):
+    fleet, updates, _ = together(flown, a={"pier": true_place(flown, PIER)})
+    label = links(fleet)["pier"]
+    agreed = SimpleNamespace(errors=np.zeros(7), matched=[])
+    fleet._blame(Found(1, FAULTS[2], agreed))
+    assert not links(fleet)
+    for name, seen, _ in updates[-40:]:
+        again = fleet.update(name, later(seen, 10**10))
+        assert not again.notes  # said already
+    assert links(fleet) == {"pier": label}
+
+
+def links(fleet):
+    return fleet._references._references.links
+
+
+def later(seen, step_ns):
+    pose = replace(seen.pose, stamp_ns=seen.pose.stamp_ns + step_ns)
+    return replace(seen, stamp_ns=seen.stamp_ns + step_ns, pose=pose)
 
 
 def same(updates, others):
@@ -172,7 +196,9 @@ def test_of_two_drones_that_state_one_name_differently_the_right_one_counts(flow
 
 def test_a_boat_whose_fixes_one_drone_hears_corrects_all(flown):
     _, without, _ = together(flown)
-    _, updates, notes = together(flown, moving=(0.0, 0.0))
+    fleet, updates, notes = together(flown, moving=(0.0, 0.0))
+    assert updates[-1][0] == "b"
+    assert links(fleet) == {"boat": "aqua_2"}
     assert [note.partition(":")[0] for note in notes] == ["Reference boat is aqua_2"]
     ours = of_robot(flown, updates, OURS)
     assert rms(flown, ours, OURS) < 0.3
@@ -188,7 +214,8 @@ def test_what_is_gone_is_remembered_as_the_receivers_drift(flown):
         "a": [seen for seen in flown.sightings["a"] if seen.stamp_ns < START_NS + 9 * 10**9]
     }
     gone = replace(flown, sightings=sightings)
-    _, updates, _ = together(gone, moving=(0.0, 0.0))
+    fleet, updates, _ = together(gone, moving=(0.0, 0.0))
+    assert not links(fleet)
     last = of_robot(gone, updates[-1:], OURS)
     assert rms(gone, last, OURS) < 0.4
     drift = 1.2 * math.sqrt(1.0 - math.exp(-2.0 * 5.0 / 300.0))

@@ -114,6 +114,10 @@ def test_a_changed_parameter_counts_from_now_on_only_if_the_fleet_uses_it(shore)
     shore.describe("b", "b", estimator_config({"noise.set": "rtk"}), None)
     assert shore.history is history
     assert shore.history.fleet is not fleet
+    fleet = shore.history.fleet
+    pier = {"pier": {"class": "beacon", "position": [13.0, -59.0], "sigma_m": 0.05}}
+    shore.describe("b", "b", estimator_config({"noise.set": "rtk", "references": pier}), None)
+    assert shore.history.fleet is not fleet
 
 
 def test_positions_go_on_without_images_and_names_through_new_parameters(shore, flown):
