@@ -122,10 +122,7 @@ class FleetNode(SupervisedNode):
                 "the clock has gone backward: the fleet begins anew, and robots get new names"
             )
         result = self._shore.advance()
-        for note in self._shore.notes:
-            say = self.get_logger()
-            (say.warning if isinstance(note, WarningText) else say.info)(note)
-        self._shore.notes.clear()
+        self._log_notes()
         if result is not None:
             self._results += 1
             self._stamp_ns = result.stamp_ns
@@ -134,6 +131,15 @@ class FleetNode(SupervisedNode):
             result = self._predicted()
         if result is not None:
             self._overviews.keep(self._positions.send(result))
+
+    def _log_notes(self) -> None:
+        """Say what has become of references."""
+        for note in self._shore.notes:
+            if isinstance(note, WarningText):
+                self.get_logger().warning(note)
+            else:
+                self.get_logger().info(note)
+        self._shore.notes.clear()
 
     def _predicted(self) -> FrameResult | None:
         """Return predicted positions while all drones are silent, so that no message grows old."""

@@ -73,6 +73,19 @@ def test_two_recordings_give_one_result(two, tmp_path, capsys):
     assert {"a heading", "b heading"} <= errors
 
 
+def test_what_becomes_of_a_reference_is_in_the_summary(two, tmp_path, capsys):
+    """A wrong one changes nothing."""
+    stated = tmp_path / "pier.yaml"
+    stated.write_text("references: {pier: {class: aqua, position: [13.2, -59.6], sigma_m: 0.05}}")
+    for name, more in (("with", ["--drone-params", f"a={stated}"]), ("without", [])):
+        assert main(drones(two, tmp_path / name, "--json", *more)) == 0
+        notes = json.loads(capsys.readouterr().out)["notes"]
+        of_fleet = [one for one in notes if one.startswith("Reference pier is not used: aqua_")]
+        assert len(of_fleet) == (name == "with")
+    both = [(tmp_path / name / "positions.csv").read_text() for name in ("with", "without")]
+    assert both[0] == both[1]
+
+
 def test_an_evaluation_shows_all_drones(two, tmp_path):
     assert main(drones(two, tmp_path / "both")) == 0
     given = ["--truth", str(two[0] / "a"), "-o", str(tmp_path / "found")]

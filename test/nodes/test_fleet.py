@@ -29,6 +29,7 @@ from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
+from aerial_gnss_ros.core.values.events import WarningText
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.diagnostics import WARN
 from aerial_gnss_ros.nodes.fleet_node import FleetNode
@@ -246,7 +247,9 @@ def test_what_is_wrong_with_a_drone_is_said_and_the_other_goes_on(ros, tmp_path)
     assert "its clock is 0.30 s ahead of the others'" in said(node)["drone a"].message
 
 
-def test_while_all_drones_are_silent_predictions_are_published_once_a_second(ros, tmp_path):
+def test_while_all_drones_are_silent_predictions_are_published_once_a_second(
+    ros, tmp_path, monkeypatch
+):
     path = tmp_path / "p.yaml"
     path.write_text("fleet: {ros__parameters: {drones: [a, b]}}", encoding="utf-8")
     node = ros.add(FleetNode(Given(files=[path])))
@@ -256,8 +259,19 @@ def test_while_all_drones_are_silent_predictions_are_published_once_a_second(ros
     node._shore = SimpleNamespace(
         follow_clock=lambda _now: False, advance=lambda: None,
         predicted=lambda stamp_ns: FrameResult(stamp_ns, "", (), (), None),
+        notes=["Reference pier is a_1.", WarningText("Reference mark is not used.")],
     )  # fmt: skip
+    logged = []
+    log = SimpleNamespace(
+        info=lambda words: logged.append(("info", words)),
+        warning=lambda words: logged.append(("warning", words)),
+    )
+    monkeypatch.setattr(node, "get_logger", lambda: log)
     node._advance()
+    assert logged == [
+        ("info", "Reference pier is a_1."), ("warning", "Reference mark is not used.")
+    ]  # fmt: skip
+    assert not node._shore.notes
     assert not told
     node._overdue.processed(10**18, node._passing_ns() - 5 * 10**9)
     node._advance()
