@@ -10,8 +10,9 @@ has not seen (`unseen_water.py`): as many of each kind, with their scores; `SCOR
 measured there. How long a thing lasts and how it moves is not in photographs, and is stated here:
 swimmers swim, boats drift, docks stay; foam dissolves (mean of 1 s) and drifts; glint flashes at
 one place of the image. `foam` and `glint` have as many boxes as the worst water, all of one kind.
-Scores of one thing are alike: half of the variance is the thing's, half the image's. A false robot
-is a name whose first position is farther than 2 m from every robot.
+Scores of one thing are alike: of their variance, a part is the thing's, and the rest changes in 0.3
+s (`lasting_scores.py`). A false robot is a name whose first position is farther than 2 m from every
+robot.
 """
 
 from __future__ import annotations
@@ -57,6 +58,8 @@ SPEEDS_MPS = {"swimmer": 0.3, "boat": 0.2, "dock": 0.0, "foam": 0.15}
 FOUND = {"robot": 0.9, "swimmer": 0.7, "boat": 0.7, "dock": 0.5, "foam": 0.7}
 """Share of the images in which a thing has a box."""
 FOAM_S = 1.0
+OWN_SHARE, CHANGE_S = {"robot": 0.75}, 0.3
+"""Of the variance of one thing's scores, what stays (others: 0.3); how fast the rest changes, s."""
 STAYING = 0.5  # share of the glints that are in the next image, too
 SCENES: dict[str, dict[str, float]] = {
     "none": {},
@@ -69,7 +72,9 @@ SCENES: dict[str, dict[str, float]] = {
 CELLS = (("hover", 10.0), ("orbit", 20.0), ("transit", 20.0))
 STATED: dict[str, dict[str, object]] = {
     "": {},
-    "sizes stated": {"classes.aqua.length_m": [0.4, 0.9]},
+    "sizes": {"classes.aqua.length_m": [0.4, 0.9]},
+    "scores": {"tracks.confirm_score": 0.7},
+    "both": {"classes.aqua.length_m": [0.4, 0.9], "tracks.confirm_score": 0.7},
 }
 HEADS = ["clutter", "stated", "false boxes an image", "of right size", "false robots a minute",
          "robots found", "until confirmed, s"]  # fmt: skip
@@ -184,6 +189,26 @@ def glints(made: Experiment, count: int, rate: float, seed: int) -> list[list[tu
     return images
 
 
+class Level:
+    """Scores of one thing, as standard normal deviates that are alike.
+
+    Args:
+        kind: key of `SCORES`.
+        own: its own deviate, which stays.
+    """
+
+    def __init__(self, kind: str, own: float) -> None:
+        self._own, self._change, self._t = own, 0.0, -math.inf
+        self._share = OWN_SHARE.get(kind, 0.3)
+
+    def at(self, t: float, rng: np.random.Generator) -> float:
+        """Return the deviate in the image of a time, s, later than those before."""
+        kept = math.exp((self._t - t) / CHANGE_S)
+        self._change = kept * self._change + math.sqrt(1.0 - kept**2) * rng.standard_normal()
+        self._t = t
+        return math.sqrt(self._share) * self._own + math.sqrt(1.0 - self._share) * self._change
+
+
 def clutter(
     made: Experiment, clean: list[Image], scene: dict[str, float], seed: int
 ) -> list[Image]:
@@ -195,32 +220,33 @@ def clutter(
         for thing in things(made, frames, kind, rate, seed)
     ]  # fmt: skip
     flashes = glints(made, len(frames), scene.get("glint", 0.0), seed)
-    levels = {name: float(rng.standard_normal()) for name in made.swarm.names}
+    levels = {name: Level("robot", float(rng.standard_normal())) for name in made.swarm.names}
+    of_things = {id(thing): Level(thing.kind, thing.level) for thing in every}
     images = []
     for (frame, boxes, found), flashing in zip(clean, flashes, strict=True):
         rows: list[tuple[Array, float, str, float]] = [
-            (centre + rng.normal(0.0, 2.0, 2), float(max(size)), "robot", levels[name])
+            (
+                centre + rng.normal(0.0, 2.0, 2), float(max(size)), "robot",
+                levels[name].at(frame.t, rng),
+            )
             for name, centre, size in zip(boxes.names, boxes.centers, boxes.sizes, strict=True)
             if rng.random() < FOUND["robot"]
-        ]
+        ]  # fmt: skip
         for thing, at, long in boxes_of(made, frame, every):
             if rng.random() < FOUND[thing.kind]:
                 jitter = rng.normal(0.0, 2.0 + 0.05 * long, 2)
-                rows.append((at + jitter, long, thing.kind, thing.level))
+                level = of_things[id(thing)].at(frame.t, rng)
+                rows.append((at + jitter, long, thing.kind, level))
         rows += [(at, long, "glint", float(rng.standard_normal())) for at, long in flashing]
-        images.append((frame, boxes, _detections(made, found, rows, rng)))
+        images.append((frame, boxes, _detections(made, found, rows)))
     return images
 
 
 def _detections(
-    made: Experiment, found: DetectionFrame, rows: list[tuple[Array, float, str, float]],
-    rng: np.random.Generator,
-) -> DetectionFrame:  # fmt: skip
+    made: Experiment, found: DetectionFrame, rows: list[tuple[Array, float, str, float]]
+) -> DetectionFrame:
     centers = np.array([row[0] for row in rows]).reshape(-1, 2)
-    deviates = [0.7071 * (row[3] + rng.standard_normal()) for row in rows]
-    scores = np.array(
-        [float(score(row[2], level)) for row, level in zip(rows, deviates, strict=True)]
-    )
+    scores = np.array([float(score(row[2], row[3])) for row in rows])
     sizes = np.array([[row[1], row[1] * 0.6] for row in rows]).reshape(-1, 2)
     inside = np.flatnonzero(made.camera.inside(centers)) if rows else np.zeros(0, np.int64)
     order = inside[np.argsort(-scores[inside], kind="stable")] if rows else inside
@@ -322,12 +348,12 @@ def main() -> None:
     parser.add_argument("--flights", type=int, default=3, help="of each of the three kinds")
     parser.add_argument("--first", type=int, default=7000, help="seed of the first flight")
     parser.add_argument("--only", nargs="+", default=list(SCENES), choices=list(SCENES))
-    parser.add_argument("--no-sizes", action="store_true", help="fly only without stated sizes")
+    parser.add_argument("--stated", nargs="+", default=list(STATED), choices=list(STATED))
     parser.add_argument("--markdown", type=Path, metavar="PAGE")
     given = parser.parse_args()
     rows = [
         fly(words, stated, given.flights, given.first).row(words, stated)
-        for words in given.only for stated in list(STATED)[: 1 if given.no_sizes else None]
+        for words in given.only for stated in given.stated
     ]  # fmt: skip
     show(columns(HEADS, rows), given.markdown)
 

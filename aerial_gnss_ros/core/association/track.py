@@ -57,6 +57,7 @@ class Track:
         near_misses: unassociated boxes near its gate while it has no label.
         inherited_ns: stamp of the first box of the robot whose label it has inherited, ns; 0: none.
         score_sum: sum of the scores of its boxes while it has no label.
+        odds_sum: sum of the log odds of these scores.
         score_count: number of these boxes.
         rejection_cause: cause of `rejected`, if it ends without a label.
         innovations: of the last three images with a box near its gate, see
@@ -90,6 +91,7 @@ class Track:
     near_misses: int = 0
     inherited_ns: int = 0
     score_sum: float = 0.0
+    odds_sum: float = 0.0
     score_count: int = 0
     rejection_cause: Cause = Cause.TOO_FAST
     innovations: Innovations = NO_INNOVATIONS
@@ -110,8 +112,9 @@ class Track:
         if other.first_seen_ns < self.first_seen_ns:
             self.first_seen_ns, self.entered_view = other.first_seen_ns, other.entered_view
         self.hits = tuple(sorted({*self.hits, *other.hits}))
-        self.score_sum, self.score_count = (
+        self.score_sum, self.odds_sum, self.score_count = (
             self.score_sum + other.score_sum,
+            self.odds_sum + other.odds_sum,
             self.score_count + other.score_count,
         )
         self.label_pending |= other.label_pending

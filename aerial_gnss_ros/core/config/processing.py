@@ -155,6 +155,15 @@ class TracksConfig:
         low=0.05,
         high=60.0,
     )
+    confirm_score: float = key(
+        0.0,
+        "Least mean score of a robot's boxes: a track is confirmed only when the mean of their log "
+        "odds exceeds this by its own uncertainty. Swimmers and boats last as robots do, but score "
+        "lower in the mean. A robot that scores lower is never confirmed, so it depends on the "
+        "detector: for the shipped one, over water with other things, 0.7. 0: any.",
+        low=0.0,
+        high=1.0,
+    )
     coast_s: float = key(
         120.0,
         "A confirmed robot that is not detected is predicted for this long, with growing "

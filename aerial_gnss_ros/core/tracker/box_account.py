@@ -8,7 +8,7 @@ pending: it is used when the track is confirmed, and refused as `unconfirmed` wh
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.tracker.score_evidence import log_odds
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.rejection import Cause, Reason, Rejection
 
@@ -50,9 +51,14 @@ class Settled:
 
 
 class BoxAccount:
-    """Collects decisions until they are asked for."""
+    """Collects decisions until they are asked for.
 
-    def __init__(self) -> None:
+    Args:
+        likely: whether a track's boxes score as a robot's do.
+    """
+
+    def __init__(self, likely: Callable[[Track], bool] = lambda _: True) -> None:
+        self._likely = likely
         self._used = 0
         self._refused: list[Rejection] = []
 
@@ -76,14 +82,15 @@ class BoxAccount:
             if track.robot_id:
                 self._used += 1
                 continue
-            track.score_sum, track.score_count = (
+            track.score_sum, track.odds_sum, track.score_count = (
                 track.score_sum + scores[index],
+                track.odds_sum + log_odds(scores[index]),
                 track.score_count + 1,
             )
             u, v = centers[index]
             track.pending_boxes = (*track.pending_boxes, (boxes.stamp_ns, u, v))
             if len(track.pending_boxes) > TUNING.most_pending:
-                self._refuse(track.pending_boxes[:1], Cause.CLUTTER)
+                self._refuse(track.pending_boxes[:1], self._clutter(track))
                 track.pending_boxes = track.pending_boxes[1:]
 
     def confirm(self, tracks: Iterable[Track]) -> None:
@@ -117,12 +124,15 @@ class BoxAccount:
         if track.rejected:
             return track.rejection_cause
         if not hits:
-            return Cause.CUT_SHORT
+            return Cause.CUT_SHORT if self._likely(track) else Cause.UNSURE
         if len(track.hits) >= hits:
-            return Cause.LOST_PLATFORM if confused else Cause.CLUTTER
+            return Cause.LOST_PLATFORM if confused else self._clutter(track)
         if images < hits:
             return Cause.IMAGES_TOO_SELDOM
         return Cause.OUT_OF_GATE if track.near_misses else Cause.TOO_FEW_IMAGES
+
+    def _clutter(self, track: Track) -> Cause:
+        return Cause.CLUTTER if self._likely(track) else Cause.UNSURE
 
 
 def box_masks(

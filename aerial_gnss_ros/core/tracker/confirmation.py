@@ -5,7 +5,8 @@
 A track is confirmed by enough hits in at least half of the images since its first one: a robot is
 detected more often than not, a glint is not. In clutter more hits are required, until no clutter
 track is expected; and where other tracks have soon ended, it must last longer or score higher than
-foam and glint (`transients`). A track inside the gate of a robot out of view can inherit that
+foam and glint (`transients`). Where it is stated how robots score, it must score like that in the
+mean (`score_evidence`). A track inside the gate of a robot out of view can inherit that
 robot's label (`reidentification`), unless an image has shown both.
 """
 
@@ -27,6 +28,7 @@ from aerial_gnss_ros.core.identity.reidentification import (
 from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
+from aerial_gnss_ros.core.tracker.score_evidence import scores_as_robots
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.tracker.transients import TUNING as TRANSIENTS
 from aerial_gnss_ros.core.tracker.transients import Transients, outlasted
@@ -71,6 +73,7 @@ class TrackConfirmation:
         self._identity = identity
         self._encounters = encounters
         self.rule = ConfirmationRule(rules)
+        self._least_score = rules.confirm_score
         self.transients = Transients(boxes.min_score)
         self._threshold = gate_threshold(rules.gate_probability)
         motion = table.filter.motion
@@ -205,8 +208,15 @@ class TrackConfirmation:
         since = sum(image >= track.hits[0] for image in self.rule.images)
         if track.first_seen_ns > begun_ns or 2 * len(track.hits) < since:
             return False
+        if not self.scores_as_robots(track):
+            return False
         false = new * track.clutter_probability
         return len(track.hits) == 1 or false < TUNING.expected_false_tracks
+
+    def scores_as_robots(self, track: Track) -> bool:
+        """Return whether a track's boxes score as a robot's do, by `tracks.confirm_score`."""
+        lasted_s = (track.last_seen_ns - track.first_seen_ns) * 1e-9
+        return scores_as_robots(track.odds_sum, track.score_count, lasted_s, self._least_score)
 
     def robots_missing(self, stamp_ns: int) -> bool:
         """Return whether most robots are missed just now, so that short tracks may be of them."""

@@ -76,7 +76,7 @@ class Tracker:
             config.noise.value("box_center_px"), joint.motion.speed_sigma
         )
         self._image_evidence = ImageEvidence(self._image_tracks)
-        self._account = BoxAccount()
+        self._account = BoxAccount(self._confirmation.scores_as_robots)
         self._references = References(FilterSource(joint), joint.log)
         self._with_white = config.updates.covariance_parts
         self._referenced = False

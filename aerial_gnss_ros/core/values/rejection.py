@@ -119,6 +119,7 @@ class Cause(str, Enum):
     TOO_FAST = "too_fast"
     LOST_PLATFORM = "lost_platform"
     CLUTTER = "clutter"
+    UNSURE = "unsure"
     CUT_SHORT = "cut_short"
 
     def __str__(self) -> str:
@@ -143,6 +144,8 @@ _CAUSES = {
     "or camera.latency_s may be wrong",
     Cause.CLUTTER: "seen in fewer than half of the images, or amid many false boxes; raise "
     "detections.min_score",
+    Cause.UNSURE: "its boxes score lower than those of robots do in the mean; lower "
+    "tracks.confirm_score",
     Cause.CUT_SHORT: "the recording ended, or tracks were cleared, before it was decided",
 }
 
