@@ -77,7 +77,6 @@ TESTED_WITH = {
 
 # Modules that no test runs in this process.
 NOT_RUN = {
-    "commands/demo": "CI flies the demo and checks what it prints",
     "nodes/both": "two nodes in one process: a launch file starts it, see nodes/test_launch.py",
     "benchmarking/camera": "a program of the live benchmark, started by it",
     "benchmarking/pair": "a program of the live benchmark, started by it",

@@ -51,7 +51,7 @@ from aerial_gnss_ros.simulation.scene import demo_scene
 from aerial_gnss_ros.simulation.sensors import sensor_plan
 
 if TYPE_CHECKING:
-    from aerial_gnss_ros.nodes.live import LivePosition
+    from aerial_gnss_ros.nodes.live import Heard, LivePosition
 
 SIMULATED = (
     "The images are simulated: sea and robots are rendered, sensor errors are random with the "
@@ -71,7 +71,8 @@ RELATIVE_MEANS = (
     "nothing aboard can observe it."
 )
 IMAGES = "/" + IMAGE_TOPICS["jpeg"]
-PLAYED = (IMAGES, "/camera/camera_info", "/fix", "/attitude", "/gimbal", "/height")
+CAMERA = "/camera/camera_info"
+PLAYED = (IMAGES, CAMERA, "/fix", "/attitude", "/gimbal", "/height")
 NOISE = "consumer"
 SURVEY_M = 0.05  # how well the reference's position is known
 REFERENCE = (
@@ -128,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
         from aerial_gnss_ros.commands.demo_drones import demo_drones
 
         return demo_drones(args, numbered_folder(args.output))
-    experiment = _experiment(args)
+    experiment = demo_experiment(args.duration, args.height, args.robots, args.seed)
     folder = numbered_folder(args.output)
     say(SIMULATED)
     say(REFERENCE)
@@ -145,8 +146,8 @@ def run(args: argparse.Namespace) -> int:
         results = {method: _replay(bag, method, folder, known) for method in METHODS}
         pictures = _pictures(bag)
         fixes = read_fixes(bag, "/fix")
-    tracks = {LIVE: live} | {METHODS[name]: found for name, (found, _) in results.items()}
-    errors = _errors(tracks, truth, fixes, reference)
+    compared = {LIVE: live} | {METHODS[name]: found for name, (found, _) in results.items()}
+    errors = _errors(compared, truth, fixes, reference)
     replay = results["filter"][1]
     (folder / "map.png").write_bytes(map_png(live, truth.robots, truth.drone))
     write_report(
@@ -164,12 +165,20 @@ def run(args: argparse.Namespace) -> int:
     return 0 if live else 1
 
 
-def _experiment(args: argparse.Namespace) -> Experiment:
-    plan = FlightPlan("orbit", args.duration, args.height)
+def demo_experiment(duration_s: float, height_m: float, robots: int, seed: int) -> Experiment:
+    """Return the demo's flight: an orbit round some robots and one that stays.
+
+    Args:
+        duration_s: s.
+        height_m: above the water, m.
+        robots: that swim.
+        seed: of all random numbers.
+    """
+    plan = FlightPlan("orbit", duration_s, height_m)
     return Experiment(
-        GeneratedFlight(plan, args.seed), default_camera(1280, 720), sensor_plan(NOISE),
-        robots=args.robots + 1, swim=SwimPlan(beacons=1, beacon_class=SwimPlan.class_name),
-        survey_m=SURVEY_M, seed=args.seed,
+        GeneratedFlight(plan, seed), default_camera(1280, 720), sensor_plan(NOISE),
+        robots=robots + 1, swim=SwimPlan(beacons=1, beacon_class=SwimPlan.class_name),
+        survey_m=SURVEY_M, seed=seed,
     )  # fmt: skip
 
 
@@ -246,7 +255,7 @@ def _fly(
         ):
             heard = fly(
                 bag, list(PLAYED), folder / "nodes.log",
-                lambda elapsed, positions: show(elapsed * rate, _tracks(positions)), rate, SEARCH,
+                lambda elapsed, positions: show(elapsed * rate, tracks(positions)), rate, SEARCH,
                 known,
             )  # fmt: skip
     finally:
@@ -256,26 +265,40 @@ def _fly(
             f"no detections arrived; see {folder / 'nodes.log'}, and check that no firewall "
             "blocks communication between processes on this machine."
         )
+    keep_boxes(folder, heard)
+    say(f"{len(heard.detections)} of {heard.images} images passed through both nodes.")
+    return tracks(heard.positions)
+
+
+def keep_boxes(folder: Path, heard: Heard) -> None:
+    """Write live boxes as a bag beside the flight, each at the time at which its image arrived.
+
+    Written at the image's stamp, the first boxes would precede the camera's first CameraInfo, and a
+    replay would refuse them.
+    """
+    with open_bag(folder / "flight") as bag:
+        arrived_ns = {
+            nanoseconds(one.message().header.stamp): one.log_ns for one in bag.messages({CAMERA})
+        }
     with BagWriter(folder / "detections") as boxes:
         for stamp_ns, raw in heard.detections:
-            boxes.write("detections", DETECTIONS_TYPE, stamp_ns, raw)
-    say(f"{len(heard.detections)} of {heard.images} images passed through both nodes.")
-    return _tracks(heard.positions)
+            boxes.write("detections", DETECTIONS_TYPE, arrived_ns.get(stamp_ns, stamp_ns), raw)
 
 
-def _tracks(positions: Mapping[str, Sequence[LivePosition]]) -> dict[str, EstimatedTrack]:
-    tracks = {}
+def tracks(positions: Mapping[str, Sequence[LivePosition]]) -> dict[str, EstimatedTrack]:
+    """Return what was heard as tracks by robot id."""
+    found = {}
     for name, heard in sorted(positions.items()):
         rows = list(heard)  # the subscriber's thread continues to append
         cov = np.array([row.covariance for row in rows])
-        tracks[name] = EstimatedTrack(
+        found[name] = EstimatedTrack(
             np.array([row.stamp_ns for row in rows], dtype=np.int64),
             np.radians([row.latitude_deg for row in rows]),
             np.radians([row.longitude_deg for row in rows]),
             cov[:, [0, 1, 1, 2]].reshape(-1, 2, 2),
             np.array([row.measured for row in rows]),
         )
-    return tracks
+    return found
 
 
 def _replay(
