@@ -128,10 +128,17 @@ class Live:
         fresh = [light for at_s, light in self._lights.values() if now_s - at_s < SILENT_S]
         if not fresh and now_s - self._began_s >= SILENT_S:
             words = f"no diagnostics for {SILENT_S:.0f} s: it does not run, or not in this network"
-            fresh = [Light("estimator", ERROR, words)]
+            fresh = [Light(self._estimating, ERROR, words)]
         elif not any(light.name == "positions" for light in fresh) and fresh:
-            fresh.append(Light("estimator", ERROR, "only the detector reports"))
+            fresh.append(Light(self._estimating, ERROR, "only the detector reports"))
         return [dataclasses.asdict(light) for light in fresh]
+
+    @property
+    def _estimating(self) -> str:
+        """Name of the node that should send positions, by the last overview."""
+        if self._last is None:
+            return "estimator or fleet"
+        return "fleet" if self._last.get("drones") else "estimator"
 
     def _hello(self) -> dict[str, Any]:
         fields = {

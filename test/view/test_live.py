@@ -165,8 +165,18 @@ def test_lights_come_also_without_positions_and_go_out_with_their_node(page):
     ]
     page.tick(SILENT_S)
     (light,) = page.browser.last("silence")["lights"]
-    assert (light["name"], light["level"]) == ("estimator", "error")
+    assert (light["name"], light["level"]) == ("estimator or fleet", "error")
     assert "no diagnostics for 5 s" in light["words"]
+
+
+@pytest.mark.parametrize(("drones", "name"), [([], "estimator"), (["a"], "fleet")])
+def test_a_silent_node_is_called_by_what_it_sent(page, drones, name):
+    place = [0.0, 0.0, 20.0]
+    of = {"drones": [{"name": one, "place": place} for one in drones]} if drones else {}
+    page.live.joined(page.browser)
+    page.publish(0.0, **of)
+    page.tick(SILENT_S)
+    assert page.browser.last("silence")["lights"][0]["name"] == name
 
 
 def test_a_detector_alone_is_not_enough(page):
