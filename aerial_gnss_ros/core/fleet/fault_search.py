@@ -106,11 +106,16 @@ class FaultSearch:
         """Return the drone whose fault makes the last images agree."""
         if now_ns - self._tried_ns < self._pause_s * 1e9:
             return None
+        snapshots = self._snapshots(now_ns)
+        if len(snapshots) < 2:
+            return None
         self._tried_ns = now_ns
-        trial = self._try(stationary, now_ns)
+        trial = self._try(snapshots, stationary)
         if trial is None:
             self._pause_s = min(TUNING.rest * self._pause_s, TUNING.longest_s)
-        elif self._lasts(trial.suspicion.drone, True, now_ns):
+            return None
+        self._pause_s = TUNING.every_s
+        if self._lasts(trial.suspicion.drone, True, now_ns):
             return Found(trial.suspicion.drone, trial.suspicion.fault, trial)
         return None
 
@@ -142,8 +147,8 @@ class FaultSearch:
         )
         return rivals or any(one.agreement.disagrees for one in self._drones)
 
-    def _try(self, stationary: list[Array], now_ns: int) -> Trial | None:
-        """Return the fault under which the drones' last images agree, if one surely is."""
+    def _snapshots(self, now_ns: int) -> dict[int, Snapshot]:
+        """Return the last images of all drones that see robots, by number."""
         snapshots = {}
         for number, one in enumerate(self._drones):
             if one.last is None or not one.recent(now_ns, TUNING.fresh_s):
@@ -151,8 +156,10 @@ class FaultSearch:
             labels = [label for label in one.last.labels if label]
             if labels:
                 snapshots[number] = Snapshot(one, labels)
-        if len(snapshots) < 2:
-            return None
+        return snapshots
+
+    def _try(self, snapshots: dict[int, Snapshot], stationary: list[Array]) -> Trial | None:
+        """Return the fault under which the drones' last images agree, if one surely is."""
         tried = trials(snapshots, stationary, self._share, self._speed)
         found = culprit([one.suspicion for one in tried])
         if found is None:
