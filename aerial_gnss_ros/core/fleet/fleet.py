@@ -24,6 +24,7 @@ from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_
 from aerial_gnss_ros.core.fleet.agreement import Agreement, DroneReport, receiver_offset
 from aerial_gnss_ros.core.fleet.clocks import TUNING as CLOCKS
 from aerial_gnss_ros.core.fleet.clocks import clock_offset
+from aerial_gnss_ros.core.fleet.common_share import CommonShare
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.fault_search import FaultSearch, Found
 from aerial_gnss_ros.core.fleet.fleet_references import FleetReferences, staying_references
@@ -119,7 +120,7 @@ class Fleet:
         self._matching = RobotMatching(self._drones)
         self._faults = FaultSearch(self._drones, share, self._motions.default_speed)
         self._references = FleetReferences(
-            self._drones, staying_references(self._drones), self.state
+            self._drones, staying_references(self._drones), self.state, CommonShare(share)
         )
         self._absent: list[FleetRobot] = []
         self._names = Names()
@@ -365,7 +366,7 @@ class Fleet:
         estimates = published(mean, blocks, self.robots, self._drones, seen, self.local)
         depth_m = self._config.depth.sigma_m
         found = inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m)
-        return found, *(told or self.state.platforms())
+        return found, *told
 
     def _result(self, drone: int, seen: Sighting) -> FleetUpdate:
         """Return the robots as published, and what is to be said of the drone."""

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.state_arrays import Indices
+from aerial_gnss_ros.core.fleet.common_share import CommonShare
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.robots import FleetRobot
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
@@ -52,10 +53,11 @@ class FleetSource:
     Args:
         drones: of the fleet.
         state: the filter.
+        share: of the receivers' variance that is common.
     """
 
-    def __init__(self, drones: list[Drone], state: SharedState) -> None:
-        self._drones, self.state = drones, state
+    def __init__(self, drones: list[Drone], state: SharedState, share: CommonShare) -> None:
+        self._drones, self.state, self._share = drones, state, share
 
     @property
     def laws(self) -> list[PositionLaw]:
@@ -80,6 +82,10 @@ class FleetSource:
         """Return the factors (7 N,) by which the errors decay over a time."""
         return np.concatenate([one.model.decay(seconds) for one in self._drones])
 
+    def final(self, law: PositionLaw) -> PositionLaw:
+        """Return a law by all shares that receivers may have in common."""
+        return self._share.weighed(law, [one.stationary for one in self._drones])
+
 
 class FleetReferences:
     """Objects of known position that any drone sees.
@@ -90,16 +96,18 @@ class FleetReferences:
         drones: of the fleet.
         staying: references that stay, by drone, see `staying_references`.
         state: the filter at the beginning.
+        share: of the receivers' variance that is common.
 
     Attributes:
         log: what becomes of each reference, until it is drained.
     """
 
     def __init__(
-        self, drones: list[Drone], staying: tuple[ReferencePlace, ...], state: SharedState
-    ) -> None:
+        self, drones: list[Drone], staying: tuple[ReferencePlace, ...], state: SharedState,
+        share: CommonShare,
+    ) -> None:  # fmt: skip
         self._drones, self._staying = drones, staying
-        self._source = FleetSource(drones, state)
+        self._source = FleetSource(drones, state, share)
         self.log = Events()
         self._references = References(self._source, self.log)
         self._shifts: dict[str, dict[int, Expected]] = {}
@@ -139,8 +147,8 @@ class FleetReferences:
     def apply(
         self, robots: list[FleetRobot], mean: Array, blocks: Array, state: SharedState,
         now_ns: int,
-    ) -> tuple[Array, Array] | None:  # fmt: skip
-        """Correct robots' states; return all drones' errors and their covariance, or None.
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """Correct robots' states; return all drones' errors and their covariance.
 
         Args:
             robots: of the fleet.
@@ -151,8 +159,13 @@ class FleetReferences:
         """
         self._source.state = state
         if not robots:
-            return None
-        return self._references.apply(robots, mean, blocks, now_ns)
+            return state.platforms()
+        told = self._references.apply(robots, mean, blocks, now_ns)
+        if told is None:
+            law = self._source.final(self._source.laws[0])
+            mean[law.rows], blocks[law.rows] = law.states()
+            told = law.mean[: law.errors], law.covariance[: law.errors, : law.errors]
+        return told
 
     def _expected(
         self, place: ReferencePlace, drone: int, seen: Sighting, local: LocalMap

@@ -176,9 +176,9 @@ class References:
         found = self._used if stamp_ns == self._stamp_ns else self._corrected(tracks, stamp_ns)
         if found is None:
             return None
-        best, known = found
+        best, known = self._source.final(found[0]), found[1]
         for one in self._source.laws:
-            law = best if one.rows is best.rows else one.given(known)
+            law = best if one.rows is best.rows else self._source.final(one.given(known))
             mean[law.rows], covariance[law.rows] = law.states()
         if self._doubt is not None:
             covariance[:, :2, :2] += self._doubt

@@ -33,6 +33,9 @@ class Source(Protocol):
     def decay(self, seconds: float) -> Array:
         """Return the factors (7 N,) by which the errors decay over a time."""
 
+    def final(self, law: PositionLaw) -> PositionLaw:
+        """Return a law, maybe corrected by references, with what else is to be said of it."""
+
 
 class FilterSource:
     """One drone's filter.
@@ -62,3 +65,7 @@ class FilterSource:
     def decay(self, seconds: float) -> Array:
         """Return the factors (7,) by which the errors decay over a time."""
         return self._joint.model.decay(seconds)
+
+    def final(self, law: PositionLaw) -> PositionLaw:
+        """Return the law as it is."""
+        return law

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.fleet.common_share import CommonShare
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.fault import FAULTS
 from aerial_gnss_ros.core.fleet.fault_search import Found
@@ -227,7 +228,7 @@ def test_what_stands_out_of_the_water_is_expected_between_where_the_drones_show_
     (place,) = staying_references([Drone("a", stating(flown, {"pier": true_place(flown, PIER)}))])
     high = replace(place, height=2.0)
     fleet = Fleet(flown.configs, flown.local)
-    references = FleetReferences(fleet._drones, (high,), fleet.state)
+    references = FleetReferences(fleet._drones, (high,), fleet.state, CommonShare(0.5))
     seen = [flown.sightings[name][-1] for name in "ab"]
     shown = [Expected.of(high, one.pose, flown.local).position for one in seen]
     assert np.linalg.norm(shown[1] - shown[0]) > 1.0
