@@ -86,9 +86,7 @@ class CommonShare:
             law.covariance + by_receivers @ (spread - before) @ by_receivers.T,
         )
 
-    def _mixture(
-        self, law: PositionLaw, stationary: Sequence[Array]
-    ) -> tuple[Array, Array, Array]:
+    def _mixture(self, law: PositionLaw, stationary: Sequence[Array]) -> tuple[Array, Array, Array]:
         """Return probabilities (k,), means (k, 2 N) and covariances of the receivers' offsets.
 
         With e ~ N(0, P0) the data gave N(m, P), so their likelihood of e has the information

@@ -31,8 +31,13 @@ class FaultTuning:
     sure: float = 0.99
     """Probability from which a drone is said to be wrong: blaming the right one is worse than
     blaming none. Judged."""
+    turned: float = 0.03
+    """The same of a compass that is turned: by the boat's iron, or for want of the declination, it
+    fails more often than anything else. Judged."""
+    turned_rad: float = math.radians(15.0)
+    """One sigma of such a compass, rad. Judged."""
     compass_rad: float = math.radians(60.0)
-    """One sigma of a faulty compass, rad: any direction. Judged."""
+    """One sigma of a compass that shows any direction, rad. Judged."""
     gimbal_rad: float = math.radians(10.0)
     """One sigma of a faulty roll or pitch, rad. Judged."""
     receiver_m: float = 20.0
@@ -52,11 +57,13 @@ class Fault:
         sensor: its name.
         errors: which of `PLATFORM` it makes larger.
         sigma: one sigma of them, m or rad.
+        probability: before any data.
     """
 
     sensor: str
     errors: tuple[str, ...]
     sigma: float
+    probability: float = TUNING.probability
 
     @property
     def columns(self) -> list[int]:
@@ -76,6 +83,7 @@ FAULTS = (
     Fault("gimbal", ("roll", "pitch"), TUNING.gimbal_rad),
     Fault("receiver", ("gnss_east", "gnss_north"), TUNING.receiver_m),
     Fault("height", ("height",), TUNING.height_m),
+    Fault("compass", ("heading",), TUNING.turned_rad, TUNING.turned),
 )
 
 
@@ -93,12 +101,16 @@ class Suspicion:
     fault: Fault
     log_ratio: float
 
+    @property
+    def weight(self) -> float:
+        """Log of its probability, but for a constant, nats."""
+        return math.log(self.fault.probability) + self.log_ratio
+
 
 def probabilities(suspicions: list[Suspicion]) -> list[float]:
     """Return the probability of each of some faults of which at most one is real."""
-    prior = TUNING.probability
-    none = math.log(max(1.0 - prior * len(suspicions), prior))
-    logs = [none, *(math.log(prior) + one.log_ratio for one in suspicions)]
+    none = max(1.0 - sum(one.fault.probability for one in suspicions), TUNING.probability)
+    logs = [math.log(none), *(one.weight for one in suspicions)]
     weights = np.exp(np.array(logs) - max(logs))
     found: list[float] = (weights / weights.sum())[1:].tolist()
     return found
@@ -112,7 +124,7 @@ def culprit(suspicions: list[Suspicion]) -> Suspicion | None:
     for drone, probability in share.items():
         if probability >= TUNING.sure:
             own = [one for one in suspicions if one.drone == drone]
-            return max(own, key=lambda one: one.log_ratio)
+            return max(own, key=lambda one: one.weight)
     return None
 
 

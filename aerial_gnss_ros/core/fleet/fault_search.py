@@ -68,12 +68,11 @@ class FaultSearch:
 
     Args:
         drones: of the fleet, by number.
-        share: of the receivers' variance that is common.
         speed: one sigma of a robot's velocity, each axis, m/s.
     """
 
-    def __init__(self, drones: list[Drone], share: float, speed: float) -> None:
-        self._drones, self._share, self._speed = drones, share, speed
+    def __init__(self, drones: list[Drone], speed: float) -> None:
+        self._drones, self._speed = drones, speed
         self._weighed_ns: int | None = None
         self._since: dict[tuple[int, bool], int] = {}
         self._tried_ns, self._pause_s = 0, TUNING.every_s
@@ -160,7 +159,7 @@ class FaultSearch:
 
     def _try(self, snapshots: dict[int, Snapshot], stationary: list[Array]) -> Trial | None:
         """Return the fault under which the drones' last images agree, if one surely is."""
-        tried = trials(snapshots, stationary, self._share, self._speed)
+        tried = trials(snapshots, stationary, self._speed)
         found = culprit([one.suspicion for one in tried])
         if found is None:
             return None

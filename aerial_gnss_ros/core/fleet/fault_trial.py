@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.fleet.constellations import Candidates, matchings, missed
-from aerial_gnss_ros.core.fleet.fault import FAULTS, Suspicion
+from aerial_gnss_ros.core.fleet.fault import FAULTS, Fault, Suspicion
 from aerial_gnss_ros.core.fleet.receivers import joint_prior
 from aerial_gnss_ros.core.fleet.snapshot import Placed, Snapshot
 from aerial_gnss_ros.core.models.platform_model import COUNT, PLATFORM
@@ -78,15 +78,15 @@ class Trial:
     matched: tuple[tuple[str, int, str], ...]
 
 
-def trials(
-    snapshots: dict[int, Snapshot], stationary: list[Array], share: float, speed: float
-) -> list[Trial]:
+def trials(snapshots: dict[int, Snapshot], stationary: list[Array], speed: float) -> list[Trial]:
     """Return how well each fault of each drone explains what all show.
+
+    Receivers are taken to have nothing in common: what they truly have is not known, and the less
+    it is, the more can be explained without a fault.
 
     Args:
         snapshots: by number of the drone.
         stationary: (7, 7) covariance of each drone's errors as it states them.
-        share: of the receivers' variance that is common.
         speed: one sigma of a robot's velocity, each axis, m/s.
     """
     found = []
@@ -94,13 +94,13 @@ def trials(
         others = [other for other in sorted(snapshots) if other != wrong]
         # The wrong drone comes first.
         pairs = {k: _PairOfImages(snapshots[wrong], snapshots[k], speed) for k in others}
-        priors = {k: joint_prior([stationary[wrong], stationary[k]], share) for k in others}
+        priors = {k: joint_prior([stationary[wrong], stationary[k]], 0.0) for k in others}
         stated = {k: pairs[k].agreed(priors[k]) for k in others}
         for fault in FAULTS:
             ratio, matched, errors = 0.0, list[tuple[str, int, str]](), list[Array]()
             more = np.diag(np.concatenate([fault.variances, np.zeros(COUNT)]))
             for k in others:
-                agreed = pairs[k].best(priors[k] + more, _starts(fault.sensor))
+                agreed = pairs[k].best(priors[k] + more, _starts(fault))
                 ratio += agreed.log_likelihood - stated[k].log_likelihood
                 own, theirs = snapshots[wrong].labels, snapshots[k].labels
                 matched += [(own[i], k, theirs[j]) for i, j in agreed.pairs]
@@ -114,11 +114,12 @@ def _by_likelihood(one: Agreed) -> float:
     return one.log_likelihood
 
 
-def _starts(sensor: str) -> list[Array]:
+def _starts(fault: Fault) -> list[Array]:
     """Return errors (14,) at which matchings are sought: rotations are far from linear."""
     angles = [0.0]
-    if sensor == "compass":
-        angles = np.arange(-math.pi, math.pi - 1e-9, TUNING.compass_step).tolist()
+    if fault.sensor == "compass":
+        every = np.arange(-math.pi, math.pi - 1e-9, TUNING.compass_step)
+        angles = every[np.abs(every) <= 3.0 * fault.sigma + 1e-9].tolist()
     found = []
     for angle in angles:
         start = np.zeros(2 * COUNT)

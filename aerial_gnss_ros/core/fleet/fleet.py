@@ -118,7 +118,7 @@ class Fleet:
         self.state = SharedState(self._stationary, share)
         self.robots: list[FleetRobot] = []
         self._matching = RobotMatching(self._drones)
-        self._faults = FaultSearch(self._drones, share, self._motions.default_speed)
+        self._faults = FaultSearch(self._drones, self._motions.default_speed)
         self._references = FleetReferences(
             self._drones, staying_references(self._drones), self.state, CommonShare(share)
         )

@@ -40,6 +40,15 @@ def test_the_ratio_is_that_of_the_marginal_likelihoods(measured):
     assert log_ratio(mean, covariance, wide, [1, 3], -9.0) == pytest.approx(-expected, rel=1e-3)
 
 
+def test_what_fails_more_often_is_named_on_less_evidence():
+    sensors = {one.probability: one for one in FAULTS}
+    often, seldom = sensors[TUNING.turned], sensors[TUNING.probability]
+    assert often.sensor == "compass"
+    for log_ratio in (8.6, 9.9):
+        assert (culprit([Suspicion(0, often, log_ratio)]) is None) == (log_ratio < 8.0)
+        assert (culprit([Suspicion(0, seldom, log_ratio)]) is None) == (log_ratio < 9.0)
+
+
 def test_without_data_nothing_is_said():
     assert log_ratio(np.zeros(3), np.eye(3), np.eye(3), [1], 100.0) == pytest.approx(0.0, abs=1e-6)
 

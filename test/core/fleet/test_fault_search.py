@@ -79,7 +79,7 @@ def test_a_fault_that_the_data_no_longer_show_is_taken_back(two_rtk):
     wrong, now_ns = fleet._drones[1], 10**18
     wrong.fault = compass
     wrong.state_receiver(wrong.last)
-    search = FaultSearch(fleet._drones, 0.5, 0.75)
+    search = FaultSearch(fleet._drones, 0.75)
     heading, covariance = fleet.state.platform(1)
     assert abs(heading[5]) < 3.0 * math.sqrt(covariance[5, 5]) + math.radians(0.3)
     fleet.state.activate(1)
@@ -94,5 +94,5 @@ def test_a_fault_that_the_data_no_longer_show_is_taken_back(two_rtk):
 def test_a_drone_alone_is_not_suspected(two_rtk):
     fleet, _ = two_rtk.together()
     fleet.state.joint.mean[5] = math.radians(20.0)
-    search = FaultSearch(fleet._drones[:1], 0.5, 0.75)
+    search = FaultSearch(fleet._drones[:1], 0.75)
     assert search.update(fleet.state, fleet.robots, 10**18) is None

@@ -39,7 +39,7 @@ def watched(fleet_of):
             labels = [label for label in last.labels if label][:robots]
             snapshots[number] = Snapshot(one, labels)
         stationary = [one.drone.stationary for one in snapshots.values()]
-        return trials(snapshots, stationary, 0.5, 0.75)
+        return trials(snapshots, stationary, 0.75)
 
     return tried
 
