@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from fleet import LAST_S, RTK, Cell, config_of, drones_of, trace, true_drone
+from fleet_flights import LAST_S, RTK, Cell, config_of, drones_of, trace, true_drone
 from tables import columns, show
 
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap

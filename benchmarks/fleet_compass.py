@@ -18,7 +18,7 @@ import one_thread  # noqa: F401 - before numpy
 
 # isort: split
 import numpy as np
-from fleet import Cell, config_of, drones_of, errors_at_end, own
+from fleet_flights import Cell, config_of, drones_of, errors_at_end, own
 from tables import columns, show
 
 from aerial_gnss_ros.core.estimation.estimator import Estimator
