@@ -112,6 +112,7 @@ class FleetNode(SupervisedNode):
         if now_ns == 0:
             return  # simulated time has not begun
         try:
+            self._shore.admit(source)
             self._shore.add(source, sent_sighting(msg.data), now_ns)
         except InputError as error:
             self.warn_seldom(f"{source}: {error}")

@@ -26,6 +26,7 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.fleet.agreement import DroneReport
 from aerial_gnss_ros.core.fleet.clocks import ClockOffset
 from aerial_gnss_ros.core.fleet.fleet import Fleet
+from aerial_gnss_ros.core.fleet.shore import TUNING as SHORE
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
@@ -230,6 +231,9 @@ def test_what_is_wrong_with_a_drone_is_said_and_the_other_goes_on(ros, tmp_path)
     assert "both call themselves drone a" in warned[-1]
     node._take("b", message(string, {"data": "{}"}))
     assert warned[-1].startswith("b: a sighting is of version")
+    for _ in range(SHORE.most_read_hz):
+        node._take("b", message(string, {"data": "{}"}))
+    assert "more than 300 messages a second" in warned[-1]
     assert drone_parameters(json.dumps(parameters)).drone == "a"
     assert said(node)["drone a"].message == "no image yet"
     link = node._shore.links["a"]

@@ -33,6 +33,9 @@ class ShoreTuning:
     """How far a scene may be ahead of this computer's clock, s: as far as a latency is negative."""
     most_hz: int = 100
     """Greatest number of a drone's sightings in a second of flight, as an outbox holds."""
+    most_read_hz: int = 300
+    """Greatest number of a drone's messages that are read in a second: new ones, and as many again
+    after an outage, some of which may come at once. Judged."""
     early: int = 100
     """Greatest number of sightings that wait for their drone's parameters."""
 
@@ -102,6 +105,7 @@ class Shore:
     ) -> None:
         self._sources, self._share, self._clock = list(sources), share, clock
         self._early: dict[str, deque[tuple[SentSighting, int]]] = {}
+        self._read: dict[str, tuple[int, int]] = {}
         self.datum = datum
         self._local: LocalMap | None = None
         self._now_ns = 0
@@ -166,6 +170,27 @@ class Shore:
 
     def _known(self) -> list[Link]:
         return [self.links[source] for source in self._sources if source in self.links]
+
+    def admit(self, source: str) -> None:
+        """Count a message before it is read: that takes time, of which a flood has no right.
+
+        Args:
+            source: namespace that it comes from.
+
+        Raises:
+            InputError: there are too many in this second.
+        """
+        second = self._clock() // SECOND_NS
+        before, count = self._read.get(source, (second, 0))
+        count = count + 1 if before == second else 1
+        self._read[source] = second, count
+        if count > TUNING.most_read_hz:
+            if source in self.links:
+                self.links[source].refused["flood"] += 1
+            raise InputError(
+                f"it sends more than {TUNING.most_read_hz} messages a second: the others of this "
+                "second are not read."
+            )
 
     def add(self, source: str, sent: SentSighting, now_ns: int) -> None:
         """Take in a sighting.

@@ -44,9 +44,9 @@ def test_what_fails_more_often_is_named_on_less_evidence():
     sensors = {one.probability: one for one in FAULTS}
     often, seldom = sensors[TUNING.turned], sensors[TUNING.probability]
     assert often.sensor == "compass"
-    for log_ratio in (8.6, 9.9):
-        assert (culprit([Suspicion(0, often, log_ratio)]) is None) == (log_ratio < 8.0)
-        assert (culprit([Suspicion(0, seldom, log_ratio)]) is None) == (log_ratio < 9.0)
+    for ratio in (7.5, 8.6, 9.9):
+        assert (culprit([Suspicion(0, often, ratio)]) is None) == (ratio < 8.0)
+        assert (culprit([Suspicion(0, seldom, ratio)]) is None) == (ratio < 9.0)
 
 
 def test_without_data_nothing_is_said():

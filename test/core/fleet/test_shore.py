@@ -222,6 +222,19 @@ def test_a_sender_that_floods_is_held_to_a_rate(shore, flown):
     assert len(shore.links["b"].rates) < 70
 
 
+def test_a_flood_of_messages_is_not_even_read_and_ends_with_its_second(flown):
+    now, shore = [5 * SECOND_NS], Shore(["a", "b"], 0.5, None, lambda: now[0])
+    shore.describe("b", "b", flown[0].configs["b"], None)
+    for _ in range(TUNING.most_read_hz):
+        shore.admit("b")
+    with pytest.raises(InputError, match="more than 300 messages a second"):
+        shore.admit("b")
+    assert shore.links["b"].refused == {"flood": 1}
+    shore.admit("a")
+    now[0] += SECOND_NS
+    shore.admit("b")
+
+
 def test_a_clock_that_goes_backward_begins_anew(shore, flown):
     sent = flown[1]
     first_ns = scene_ns(sent["a"][0])
