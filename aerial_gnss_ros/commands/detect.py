@@ -261,7 +261,8 @@ def _scored(comparison: Comparison) -> list[str]:
             lines.append(f"    {name:<16}{size.robots:>10}{size.found:>10}{size.false:>10}")
     if comparison.others:
         kinds = ", ".join(f"{name} {count}" for name, count in comparison.others.most_common())
-        lines.append(f"  labels of classes that the model does not know: {kinds}")
+        hint = "" if whole.robots else "; --any-class makes them count"
+        lines.append(f"  labels of classes that the model does not know: {kinds}{hint}")
     return lines
 
 

@@ -251,8 +251,8 @@ def _as_text(output: Path, session: Session, written: Written) -> list[str]:
             lines.append(f"  and {len(questions) - MOST_SHOWN} more")
     if boxes < FEW:
         lines.append(
-            f"{counted(boxes, 'box')} are too few to train on; mark more frames, until there are "
-            f"{FEW} at the least."
+            f"{counted(boxes, 'box')} {'is' if boxes == 1 else 'are'} too few to train on; mark "
+            f"more frames, until there are {FEW} at the least."
         )
     return lines
 

@@ -14,6 +14,7 @@ from aerial_gnss_ros.bags.partial import partial
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.teaching.session import Session
 from aerial_gnss_ros.teaching.tracks import clipped
+from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.label_lines import as_text
 from aerial_gnss_ros.training.layout import write_data_file
 
@@ -80,7 +81,7 @@ def write_dataset(session: Session, folder: Path) -> Written:
             for number in numbers:
                 boxes[names[number]] += 1
         if not sum(boxes.values()):
-            raise InputError("no frame has a label that is sure; answer the questions first.")
+            raise InputError(f"no frame has a label that is sure; {_why(session)}")
         splits = {split: f"images/{split}" for split, number in images.items() if number}
         splits.setdefault("train", "images/train")
         write_data_file(place / "data.yaml", names, splits)
@@ -93,3 +94,19 @@ def write_dataset(session: Session, folder: Path) -> Written:
     else:
         fresh.rename(final)
     return Written(images, boxes, left_out)
+
+
+def _why(session: Session) -> str:
+    """Return what to do where no label is sure."""
+    for one, other, count in session.twins():
+        return (
+            f"{one} and {other} have the same box in {counted(count, 'frame')}: if they are one "
+            "robot, take one of them back (--undo, or U on the page), else draw a box round each."
+        )
+    for question in session.questions():
+        last = f" to {question.until}" if question.until > question.frame else ""
+        return (
+            f"answer the questions first, such as whether {question.robot} is visible in frame "
+            f"{question.frame}{last}."
+        )
+    return "every robot is marked as absent; click one where it is visible."

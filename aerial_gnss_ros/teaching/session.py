@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from aerial_gnss_ros.teaching.project import Project, Statement
 from aerial_gnss_ros.teaching.proposals import strength
 from aerial_gnss_ros.teaching.recording import Recording
 from aerial_gnss_ros.teaching.tracks import Sight, Track, clipped, outside, overlap
+from aerial_gnss_ros.text.sentences import counted
 
 Array = NDArray[np.float64]
 REACH_PX = 12.0
@@ -108,10 +110,31 @@ class Session:
         try:
             for click in clicks:
                 new += self.project.add(self.statement(click))
+        except InputError as error:
+            if not new:
+                raise
+            raise InputError(
+                f"{error} {counted(new, 'mark')} before it "
+                f"{'is' if new == 1 else 'are'} kept; --undo takes the last one back."
+            ) from error
         finally:
             if new:
                 self.carry()
         return new
+
+    def twins(self) -> list[tuple[str, str, int]]:
+        """Return pairs of robots that have the same box, and in how many frames."""
+        found = []
+        for one, other in itertools.combinations(self.tracks, 2):
+            both = self.tracks[one].keys() & self.tracks[other].keys()
+            pairs = [(self.tracks[one][frame], self.tracks[other][frame]) for frame in both]
+            count = sum(
+                Sight.OUT not in (a.sight, b.sight) and overlap(a.box, b.box) > SAME
+                for a, b in pairs
+            )
+            if count:
+                found.append((one, other, count))
+        return found
 
     def undo(self) -> Statement | None:
         """Take back the last mark."""

@@ -28,6 +28,7 @@ from aerial_gnss_ros.training.labelled import Truth
 from aerial_gnss_ros.training.score import MATCH_IOU, Score
 
 NOTHING = "nothing"
+OFF = "a robot, but off"
 _MIDDLE = 0.5  # from edges counted from 0 to the middle of the first pixel
 _ON_IOU = 0.1
 _POSITION = ("x_px", "y_px")
@@ -161,7 +162,8 @@ class Comparison:
         score: robots found and missed, false boxes.
         labelled: number of images with labels.
         others: labels of classes that the detector does not know, by class.
-        false_on: false boxes by the class under them, or `nothing`.
+        false_on: false boxes by the class under them, `OFF` (on a robot that counts, with too
+            little overlap) or `NOTHING`.
     """
 
     least_iou: float = MATCH_IOU
@@ -183,10 +185,13 @@ class Comparison:
         corners = labels.corners[strange]
         false = np.flatnonzero(matched.robot == -1)
         overlap = iou(found.xyxy[false], corners)
-        for row, box in zip(overlap, false, strict=True):
+        counted = np.delete(labels.corners, strange, axis=0)
+        near = iou(found.xyxy[false], counted).max(axis=1, initial=0.0)
+        for row, box, share in zip(overlap, false, near, strict=True):
             middle = found.xywh[box, :2]
             inside = ((middle >= corners[:, :2]) & (middle <= corners[:, 2:])).all(axis=1)
             fit = np.where(inside, row + 1.0, row)
             best = int(fit.argmax()) if fit.size else -1
             on = best >= 0 and fit[best] >= _ON_IOU
-            self.false_on[labels.classes[strange[best]] if on else NOTHING] += 1
+            kind = labels.classes[strange[best]] if on else OFF if share >= _ON_IOU else NOTHING
+            self.false_on[kind] += 1

@@ -10,6 +10,7 @@ import pytest
 
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.teaching.clicks import Click
+from aerial_gnss_ros.teaching.dataset import write_dataset
 from aerial_gnss_ros.teaching.session import Session
 from aerial_gnss_ros.teaching.tracks import Sight, overlap
 
@@ -100,6 +101,28 @@ def test_clicks_that_cannot_be_meant_are_refused_and_nothing_is_lost(film, work,
     with pytest.raises(InputError, match=words):
         session.add([click])
     assert [mark.robot for mark in Session(work_of(session)).project.marks] == ["yellow"]
+
+
+def test_one_robot_under_two_names_is_said_so(film, work):
+    """The second name is clicked where the first one's box was only carried to."""
+    made = film(THREE, count=6)
+    session = Session(work(made))
+    session.add([_click("yellow", 0, made.truth[0]["yellow"])])
+    assert session.twins() == []
+    session.add([Click("gold", "gold", 5, point=made.truth[5]["yellow"][:2])])
+    assert [pair[:2] for pair in session.twins()] == [("yellow", "gold")]
+    with pytest.raises(InputError, match=r"yellow and gold have the same box in . frames: if they"):
+        write_dataset(session, work_of(session))
+    session.undo()
+    assert write_dataset(session, work_of(session)).boxes == {"yellow": 6}
+
+
+def test_marks_before_a_refused_one_are_said_to_be_kept(film, work):
+    made = film(THREE, count=2)
+    session = Session(work(made))
+    nowhere = Click("red", "red", 0, point=np.array([600.0, 340.0]))
+    with pytest.raises(InputError, match=r"round the robot\. 1 mark before it is kept; --undo"):
+        session.add([_click("yellow", 0, made.truth[0]["yellow"]), nowhere])
 
 
 def work_of(session):

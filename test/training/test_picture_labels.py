@@ -92,6 +92,7 @@ def test_labels_of_all_classes_can_count_at_any_overlap(tmp_path, least_iou, hit
     overall = comparison.score.overall
     assert (overall.robots, overall.found, overall.false) == (1, hits, 1 - hits)
     assert not comparison.others
+    assert comparison.false_on == ({} if hits else {"a robot, but off": 1})
 
 
 @pytest.mark.parametrize(
