@@ -16,6 +16,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
+import numpy as np
+
 from aerial_gnss_ros.bags.annotated import AnnotatedPictures, AnnotatedVideo
 from aerial_gnss_ros.bags.partial import partial, refuse_existing
 from aerial_gnss_ros.bags.pictures import Picture, Source, open_pictures
@@ -259,6 +261,16 @@ def _scored(comparison: Comparison) -> list[str]:
         if size.robots or size.false:
             name = f"{low:g} or more" if math.isinf(high) else f"{low:g} to {high:g}"
             lines.append(f"    {name:<16}{size.robots:>10}{size.found:>10}{size.false:>10}")
+    if comparison.right_scores:
+        least, median = np.quantile(comparison.right_scores, (0.1, 0.5))
+        lines.append(
+            f"  scores of boxes on robots: median {median:.2f}, a tenth below {least:.2f}"
+            + (
+                f"; of false ones: median {np.median(comparison.false_scores):.2f}"
+                if comparison.false_scores
+                else ""
+            )
+        )
     if comparison.others:
         kinds = ", ".join(f"{name} {count}" for name, count in comparison.others.most_common())
         hint = "" if whole.robots else "; --any-class makes them count"
@@ -277,4 +289,8 @@ def _as_json(output: Path, summary: Summary) -> str:
         content["score"] = summary.comparison.score.as_dict()
         content["false_on"] = dict(summary.comparison.false_on)
         content["other_labels"] = dict(summary.comparison.others)
+        content["scores"] = {
+            "on_robots": summary.comparison.right_scores,
+            "false": summary.comparison.false_scores,
+        }
     return json.dumps(content, indent=2)

@@ -164,6 +164,8 @@ class Comparison:
         others: labels of classes that the detector does not know, by class.
         false_on: false boxes by the class under them, `OFF` (on a robot that counts, with too
             little overlap) or `NOTHING`.
+        right_scores: scores of the boxes on robots.
+        false_scores: scores of the false ones.
     """
 
     least_iou: float = MATCH_IOU
@@ -172,6 +174,8 @@ class Comparison:
     labelled: int = 0
     others: Counter[str] = field(default_factory=Counter)
     false_on: Counter[str] = field(default_factory=Counter)
+    right_scores: list[float] = field(default_factory=list)
+    false_scores: list[float] = field(default_factory=list)
 
     def add(self, found: Detections, labels: Labels) -> None:
         """Count one image."""
@@ -184,6 +188,8 @@ class Comparison:
         self.others.update(labels.classes[i] for i in strange)
         corners = labels.corners[strange]
         false = np.flatnonzero(matched.robot == -1)
+        self.right_scores += found.scores[matched.robot >= 0].tolist()
+        self.false_scores += found.scores[false].tolist()
         overlap = iou(found.xyxy[false], corners)
         counted = np.delete(labels.corners, strange, axis=0)
         near = iou(found.xyxy[false], counted).max(axis=1, initial=0.0)

@@ -80,6 +80,10 @@ def test_its_own_table_is_a_table_of_labels(folder, tmp_path, capsys):
     summary = json.loads(capsys.readouterr().out)
     assert (summary["score"]["precision"], summary["score"]["recall"]) == (1.0, 1.0)
     assert (summary["pictures"], summary["boxes"]) == (4, {"aqua": 7})
+    with table.open(newline="", encoding="utf-8") as file:
+        scores = sorted(float(row["score"]) for row in csv.DictReader(file))
+    assert sorted(summary["scores"]["on_robots"]) == pytest.approx(scores, abs=1e-3)
+    assert summary["scores"]["false"] == []
 
 
 def test_says_what_false_boxes_are(folder, tmp_path, capsys):
@@ -95,6 +99,7 @@ def test_says_what_false_boxes_are(folder, tmp_path, capsys):
     assert "false boxes 3, 1.500 a picture" in text
     assert "on boat                      3" in text
     assert "labels of classes that the model does not know: boat 3" in text
+    assert "scores of boxes on robots" not in text
 
 
 def test_labels_of_all_classes_can_count(folder, tmp_path, capsys):

@@ -20,7 +20,8 @@ def found(*boxes, names=("aqua",)):
     array = np.array(boxes, dtype=float).reshape(-1, 4)
     xywh = np.hstack([array[:, :2] + array[:, 2:] / 2 - 0.5, array[:, 2:]])
     count = len(array)
-    return Detections(xywh, np.full(count, 0.9), np.zeros(count, np.int64), names)
+    scores = 0.9 - 0.1 * np.arange(count)
+    return Detections(xywh, scores, np.zeros(count, np.int64), names)
 
 
 @pytest.mark.parametrize(
@@ -79,6 +80,8 @@ def test_says_what_false_boxes_lie_on(tmp_path):
     assert comparison.false_on == {"boat": 1, "nothing": 2, "swimmer": 1}
     assert comparison.others == {"boat": 1, "swimmer": 1}
     assert comparison.labelled == 2
+    assert comparison.right_scores == pytest.approx([0.9])
+    assert comparison.false_scores == pytest.approx([0.8, 0.7, 0.6, 0.9])
     assert labels.of("unknown.jpg", SIZE) is None
 
 
