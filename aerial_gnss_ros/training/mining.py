@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cuts small training tiles around a network's errors, and some others (hard-example mining).
 
-python -m aerial_gnss_ros.training.mining MODEL FOLDER -o TILES
+python -m aerial_gnss_ros.training.mining MODEL FOLDER ... -o TILES
 
 A trained network learns nothing more from most of an image of the sea. A tile of 160 px costs a
 quarter of a crop of 320 px, and contains what is worth learning.
@@ -15,6 +15,7 @@ import shutil
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,7 @@ from aerial_gnss_ros.detection.images import write_jpeg
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_labels
+from aerial_gnss_ros.training.labelled_bag import is_bag, read_bag
 from aerial_gnss_ros.training.score import match
 
 Corners = NDArray[np.float64]
@@ -189,7 +191,10 @@ def main(arguments: list[str] | None = None) -> int:
     """Run from the command line; returns the exit status."""
     parser = argparse.ArgumentParser(prog="mining", description=__doc__)
     parser.add_argument("model", help="path of a model, or the name of a shipped one")
-    parser.add_argument("folder", type=Path, help="labelled images in YOLO's layout")
+    parser.add_argument(
+        "folders", type=Path, nargs="+", metavar="FOLDER",
+        help="labelled images in YOLO's layout, or a simulated flight",
+    )  # fmt: skip
     parser.add_argument("-o", "--output", type=Path, required=True, help="new folder")
     parser.add_argument("--split", default="train")
     parser.add_argument("--side", type=int, default=Mining.side)
@@ -202,7 +207,10 @@ def main(arguments: list[str] | None = None) -> int:
     )
     mining = Mining(side=given.side, draws=given.draws, easy=given.easy, seed=given.seed)
     try:
-        images = read_labels(given.folder, given.split)
+        images = chain.from_iterable(
+            read_bag(path) if is_bag(path) else read_labels(path, given.split)
+            for path in given.folders
+        )
         hard, easy = mine(load_detector(config), images, given.output, mining)
     except AerialGnssError as error:
         sys.stderr.write(f"mining: {error}\n")
