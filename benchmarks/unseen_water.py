@@ -36,7 +36,12 @@ from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.resources import model_path
 from aerial_gnss_ros.training.clutter import write_cluttered
 from aerial_gnss_ros.training.compare import labelled
-from aerial_gnss_ros.training.composing import Composing, photographs_of, write_composed
+from aerial_gnss_ros.training.composing import (
+    Composing,
+    photographs_of,
+    water_of,
+    write_composed,
+)
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
 from aerial_gnss_ros.training.proposals import Proposals, gather, joined
 from aerial_gnss_ros.training.score import Score
@@ -228,6 +233,25 @@ def above(found: Detections, threshold: float) -> Detections:
     )
 
 
+def in_area(given: argparse.Namespace, source: str, made: Sequence[Any]) -> list[Any]:
+    """Return what was found in the part of each photograph that is taken for water.
+
+    It stands in for an area of operation, since these photographs have no telemetry.
+    """
+    kept = []
+    for name, found, truth in made:
+        image = read_image(given.real / source / "images" / name)
+        water = water_of(image, SOURCES[source])
+        size = np.array(water.shape[::-1])
+        columns, rows = np.clip(np.round(found.xywh[:, :2]).astype(int), 0, size - 1).T
+        chosen = water[rows, columns]
+        inside = Detections(
+            found.xywh[chosen], found.scores[chosen], found.class_ids[chosen], found.class_names
+        )
+        kept.append((name, inside, truth))
+    return kept
+
+
 def on_what(found: Detections, labels: Any, name: str) -> list[str]:
     """Return the class of what each box lies on; nothing labelled: `other`."""
     known = labels.of(name, (0, 0))
@@ -311,7 +335,10 @@ def tell(given: argparse.Namespace, file: Path, share: Share, sources: Sequence[
         folder = composed(given, source, "robots")
         plain = seen_of(given, f"plain_{source}", photographs(given.real / source))
         with_robots = seen_of(given, folder.name, images_of(folder))
-        _say(false_boxes(given, source, finished(plain, file, share, given.threads)))
+        boxes = finished(plain, file, share, given.threads)
+        _say(false_boxes(given, source, boxes))
+        if SOURCES[source] < 1.0:
+            _say(f"in an area: {false_boxes(given, source, in_area(given, source, boxes))}")
         _say(robots(source, finished(with_robots, file, share, given.threads)))
     for folders in given.test:
         seen = [s for f in folders for s in seen_of(given, f.name, images_of(f))]
