@@ -163,6 +163,7 @@ class TracksConfig:
         "detector: for the shipped one, over water with other things, 0.7. 0: any.",
         low=0.0,
         high=1.0,
+        dynamic=True,
     )
     coast_s: float = key(
         120.0,

@@ -159,10 +159,11 @@ class Estimator:
     def reconfigure(self, config: EstimatorConfig) -> None:
         """Use another configuration from the next image on; robots keep labels and positions.
 
-        What differs may be: score, classes and area of `detections`, `classes`, `references`,
-        `calibration` and `camera.latency_s`. A calibration moves robots as `recalibration` derives;
-        images that wait are processed with the new one. Of a class that is refused now, robots are
-        predicted until their tracks end. The level of the water is added by `add_water_level`.
+        What differs may be: score, classes and area of `detections`, `tracks.confirm_score`,
+        `classes`, `references`, `calibration` and `camera.latency_s`. A calibration moves robots as
+        `recalibration` derives; images that wait are processed with the new one. Of a class that is
+        refused now, robots are predicted until their tracks end. The level of the water is added by
+        `add_water_level`.
 
         Raises:
             ConfigError: the area of operation cannot be read; nothing has changed.

@@ -59,6 +59,7 @@ class TrackConfirmation:
     Attributes:
         rule: the rule adapted to the image rate.
         transients: tracks that ended soon.
+        least_score: `tracks.confirm_score`; may be changed while running.
     """
 
     def __init__(
@@ -73,7 +74,7 @@ class TrackConfirmation:
         self._identity = identity
         self._encounters = encounters
         self.rule = ConfirmationRule(rules)
-        self._least_score = rules.confirm_score
+        self.least_score = rules.confirm_score
         self.transients = Transients(boxes.min_score)
         self._threshold = gate_threshold(rules.gate_probability)
         motion = table.filter.motion
@@ -216,7 +217,7 @@ class TrackConfirmation:
     def scores_as_robots(self, track: Track) -> bool:
         """Return whether a track's boxes score as a robot's do, by `tracks.confirm_score`."""
         lasted_s = (track.last_seen_ns - track.first_seen_ns) * 1e-9
-        return scores_as_robots(track.odds_sum, track.score_count, lasted_s, self._least_score)
+        return scores_as_robots(track.odds_sum, track.score_count, lasted_s, self.least_score)
 
     def robots_missing(self, stamp_ns: int) -> bool:
         """Return whether most robots are missed just now, so that short tracks may be of them."""

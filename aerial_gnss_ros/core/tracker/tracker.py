@@ -185,6 +185,7 @@ class Tracker:
         joint.reconfigure(config, [track.class_id for track in self.table.tracks])
         self._identity.reconfigure(config)
         self._confirmation.transients.min_score = config.detections.min_score
+        self._confirmation.least_score = config.tracks.confirm_score
         if change:
             joint.recalibrate(change, () if fork is None else fork.groups, self._searched)
             self._references.recalibrate(change)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.tracker.score_evidence import TUNING, log_odds, scores_as_robots
 from aerial_gnss_ros.core.values.rejection import Cause
 
@@ -85,5 +86,8 @@ def test_swimmers_last_but_are_not_confirmed(sea, seed):
     last = results[-1].estimates[0]
     assert np.hypot(*(last.position - np.array([3.0, 22.0]))) < 1.0
     assert engine.causes[Cause.UNSURE] > 150
+    engine.reconfigure(estimator_config({**sea.origin, "detections.min_score": 0.0}))
+    later = sea.play(engine, Bathers(sea, seed), 2.0, begin=20.2, images=5)
+    assert len(later[-1].estimates) == 3
     unstated = sea.play(sea.estimator({"detections.min_score": 0.0}), Bathers(sea, seed), 5.0)
     assert len(unstated[-1].estimates) == 3
