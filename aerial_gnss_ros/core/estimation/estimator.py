@@ -316,7 +316,7 @@ class Estimator:
         if before is not None and self._origin.local is not before:
             self._pipeline.reset()
             if self._doubt is not None:
-                self._doubt.trial = None
+                self._doubt.forget_images()
         return trouble
 
     def begin_elsewhere(self, moved: str) -> None:
@@ -356,7 +356,7 @@ class Estimator:
         self._ready.append(stamped)
         if self._keeps_files:
             self._keep_names(result)
-        if self._doubt is not None and self._doubt.open:
+        if self._doubt is not None and self._doubt.active:
             self._weigh_latency(self._doubt, frame, result)
         if self._found_again.names and self._found_again.failed(result):
             self._log.add(
@@ -375,11 +375,11 @@ class Estimator:
         if local is not None and seen is not None and seen[0].detections.stamp_ns == frame.stamp_ns:
             measured = seen[1]
             if frame.stamp_ns >= doubt.due_ns and attempt(doubt.update, *seen, local) is not None:
-                self._doubt = None
+                doubt.close()
                 return
         found = attempt(doubt.try_another, frame, result, measured, self._origin, self._identity)
         if isinstance(found, Exception):
-            self._doubt = None
+            doubt.close()
         elif found is not None:
             self._take_over(found, doubt.unknown)
 
@@ -394,8 +394,10 @@ class Estimator:
         trial.log.join(self._log)
         self._config, self._identity, self._pipeline = config, trial.identity, trial.pipeline
         self._pipeline.tracking = self._wrap(self._pipeline.tracking)
-        self._behind = deque(frame for frame, _ in trial.waiting)
+        self._behind = deque(image.frame for image in trial.waiting)
         self._guard = self._new_guard()
+        if self._log.counts["latency_doubted"]:
+            return
         self._log.counts["latency_doubted"] += 1
         self._log.add(
             "Boxes do not fit camera.latency_s: the latency of the images is estimated from now "
@@ -442,7 +444,7 @@ class Estimator:
             cleared = "telemetry is cleared; robots that are where they were keep their labels"
             self._inputs.clear()
             if self._doubt is not None:
-                self._doubt.trial = None
+                self._doubt.forget_images()
             self._time.step(by_ns, self._images.last_ns or 0)
             self._found_again.expect(self._estimates)
         self._newest_image_ns = None
@@ -465,7 +467,7 @@ class Estimator:
         return min(by_ns, decision.first_ns + self._time.shift_ns - self._images.last_ns - 1)
 
     def _forget_robots(self) -> None:
-        if self._doubt is not None and self._doubt.open:
+        if self._doubt is not None and self._doubt.active:
             self._doubt.reset()
         self._behind.clear()
         self._found_again.reset()

@@ -9,6 +9,9 @@ As another latency becomes likelier, it is tried (`LatencyTrial`), beside the co
 positions are published with covariances that contain those of the trial. So a doubt costs time of
 the processor, and nothing else, until it is decided.
 
+A trial begins with the images of the last seconds. While its latency is not known to 0.1 s they
+tell nothing of the platform's other errors, so they are taken in once more when it is.
+
 The question is closed once it is decided, or after `decided_s` in motion: a latency does not begin
 in mid-flight, unlike a fault.
 """
@@ -23,6 +26,8 @@ import numpy as np
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
+from aerial_gnss_ros.core.estimation.pipeline import Pipeline
+from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
 from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
@@ -57,6 +62,9 @@ class LatencyDoubtTuning:
     settled_apart_s: float = 0.25
     """Latencies nearer to the configured one do not keep the question open, s: they take long to
     tell apart. Judged."""
+    known_s: float = 0.1
+    """Sigma of another latency below which images are taken in once more, s: above, the filter
+    learns nothing else. As `sure_s` of the joint filter."""
     interval_s: float = 0.4
     """Least time between images that are taken, s: some ten decide, and each costs as much as one
     in the filter. Judged."""
@@ -98,6 +106,9 @@ class LatencyDoubt:
         self.trial: LatencyTrial | None = None
         self._inputs = inputs
         self.unknown = _unknown(config)
+        self._recent = RecentImages()
+        self._published: Pipeline | None = None
+        self._again = False
         self.search = LatencySearch(self.unknown, inputs)
         self.search.evidence = LatencyEvidence(self.search.corrections)
         self._moved_s = 0.0
@@ -107,7 +118,7 @@ class LatencyDoubt:
     def reconfigure(self, config: EstimatorConfig) -> EstimatorConfig:
         """Use another configuration; return the one that the filter is to use."""
         self.unknown = _unknown(config)
-        self.trial = None
+        self._drop()
         if self.open:
             former, self.search = self.search, LatencySearch(self.unknown, self._inputs)
             self.search.follow(former)
@@ -116,9 +127,27 @@ class LatencyDoubt:
     def reset(self) -> None:
         """Begin anew with other robots; what images told of the latency stays."""
         self.search.reset()
-        self.trial = None
+        self.forget_images()
         self._last: tuple[int, MapPose] | None = None
         self.due_ns = ALWAYS_NS if self.open else NEVER_NS
+
+    def forget_images(self) -> None:
+        """Begin with none of the images so far: telemetry or `map` are others now."""
+        self._drop()
+        self._recent.images.clear()
+
+    def _drop(self) -> None:
+        """End what was begun with recent images; it may begin anew."""
+        self.trial, self._again = None, False
+
+    def close(self) -> None:
+        """Decide no more, and begin no more with recent images."""
+        self.open, self.trial, self._again = False, None, True
+
+    @property
+    def active(self) -> bool:
+        """Whether images are wanted: it is undecided, or they are to be taken in once more."""
+        return self.open or (self.doubted and (self.trial is not None or not self._again))
 
     def update(self, scene: PosedFrame, measured: dict[str, int], local: LocalMap) -> None:
         """Take in an image that is due.
@@ -144,7 +173,7 @@ class LatencyDoubt:
         settled = self._moved_s > TUNING.decided_s or float(far.max()) < TUNING.settled_nats
         endless = self._moved_s > 2.0 * TUNING.decided_s
         if self._nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
-            self.trial = None
+            self._drop()
         self.open = self.trial is not None or not settled
         self.due_ns = stamp_ns + round(TUNING.interval_s * 1e9) if self.open else NEVER_NS
 
@@ -156,7 +185,10 @@ class LatencyDoubt:
         origin: MapOrigin,
         labels: Labels,
     ) -> LatencyTrial | None:
-        """Take an image to the trial, if there is one; return it, once, if its latency is right.
+        """Take an image to the trial, if there is one; return it when it is to be published.
+
+        That is so when its latency is found right, and when recent images have been taken in once
+        more, with the latency known.
 
         Args:
             frame: the image's boxes.
@@ -165,19 +197,54 @@ class LatencyDoubt:
             origin: of `map`.
             labels: of the published robots.
         """
-        if self.trial is None:
-            if not self.open or self._nats < TUNING.tried_nats:
-                return None  # the question is closed, or the configured latency is far likelier
-            self.trial = LatencyTrial(self.unknown, self._inputs, origin, labels, self._learnt())
-        self.trial.add(frame, result, measured)
-        likelier = self._nats > TUNING.doubted_nats
-        self.doubted = likelier and self.trial.balance > -TUNING.fewer_robots
-        if not self.doubted:
+        image = SeenImage(frame, result.estimates, measured)
+        self._recent.add(image)
+        if self.trial is not None:
+            self.trial.add(image)
+        elif not self.doubted:
+            if self.open and self._nats >= TUNING.tried_nats:
+                self._again, self.trial = (
+                    False,
+                    self._begin(LatencySearch(self.unknown, self._inputs), origin, labels),
+                )
             return None
-        self.open, self.due_ns = False, NEVER_NS
-        found, self.trial = self.trial, None
-        found.learn(self._learnt())
+        known = self._known()
+        if known is not None:
+            self._again, self.trial = True, self._begin(known, origin, labels)
+            return None
+        found = self.trial
+        if found is None or found.behind or not self._believed(found):
+            return None
+        self.trial, self._published = None, found.pipeline
         return found
+
+    def _believed(self, trial: LatencyTrial) -> bool:
+        """Return whether a trial's latency is the likelier one; once it is, it stays so."""
+        if self.doubted:
+            return True
+        likelier = self._nats > TUNING.doubted_nats
+        self.doubted = likelier and trial.balance > -TUNING.fewer_robots
+        if self.doubted:
+            self.open, self.due_ns = False, NEVER_NS
+            trial.learn(self._learnt())
+        return self.doubted
+
+    def _known(self) -> LatencySearch | None:
+        """Return a search to take images in with once more, if the latency has become known."""
+        if self._again or (self.trial is not None and self.trial.behind):
+            return None
+        tracks = self._published if self.trial is None else self.trial.pipeline
+        found = None if tracks is None else tracks.latency.found
+        if tracks is None or found is None or found[1] > TUNING.known_s:
+            return None
+        search = LatencySearch(self.unknown, self._inputs)
+        search.resume(tracks.latency)
+        return search
+
+    def _begin(self, search: LatencySearch, origin: MapOrigin, labels: Labels) -> LatencyTrial:
+        """Return a trial that begins with the recent images."""
+        images = self._recent.images
+        return LatencyTrial(self.unknown, self._inputs, origin, labels, search, images)
 
     def _learnt(self) -> LatencySearch:
         """Return a search that goes on from what decided."""
@@ -188,7 +255,7 @@ class LatencyDoubt:
 
     def covered(self, result: FrameResult) -> FrameResult:
         """Return a result with covariances that contain what another latency would make of it."""
-        if self.trial is None:
+        if self.trial is None or self.doubted:
             return result
         return self.trial.covered(result, 1.0 / (1.0 + math.exp(-self._nats)))
 

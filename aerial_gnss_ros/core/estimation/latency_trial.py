@@ -5,18 +5,23 @@
 While the odds are open, the configured latency's tracks go on and are published, and these run
 beside them on the same images. A doubt that turns out wrong is dropped, and nothing has changed;
 one that turns out right is published from the next image on. Robots keep their labels: the same box
-shows the same robot to both.
+shows the same robot to both. A trial begins with images of the last seconds, which the published
+tracks took in with the configured latency; it takes some of them in with each new image, and is
+published only when none is left.
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
+from aerial_gnss_ros.core.estimation.recent_images import SeenImage
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.identity.labels import Box, Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
@@ -24,7 +29,6 @@ from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.tracker.box_account import Settled
 from aerial_gnss_ros.core.tracker.tracker import Tracker
-from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Rejection
@@ -38,8 +42,14 @@ class LatencyTrialTuning:
     """Weight of an image in the balance of measured robots, of the next one's. Judged."""
     most_waiting: int = 1000
     """Greatest number of images that wait for telemetry. Judged."""
-    kept_ns: int = 10_000_000_000
-    """How long published positions are compared with those of this trial, ns. Judged."""
+    kept_ns: int = 15_000_000_000
+    """How long published positions are compared with those of this trial, ns: as long as images are
+    kept that it begins with."""
+    catch_up_hz: float = 40.0
+    """Images that are taken in for each second of flight, besides the new ones, until none wait.
+    Judged: a slow computer takes 5 ms for each."""
+    most_passed_s: float = 1.0
+    """Time since the last image that counts for that, at most, s. Judged."""
 
 
 TUNING = LatencyTrialTuning()
@@ -54,6 +64,7 @@ class LatencyTrial:
         origin: of `map`.
         labels: of the robots that are published.
         search: what is known of the latency.
+        images: to begin with, the oldest first.
 
     Attributes:
         pipeline: that of this latency.
@@ -62,6 +73,7 @@ class LatencyTrial:
         waiting: images that it has not taken yet.
         balance: mean number of robots that its images measure beyond those of the configured
             latency.
+        behind: whether images wait although their telemetry is there.
     """
 
     def __init__(
@@ -71,6 +83,7 @@ class LatencyTrial:
         origin: MapOrigin,
         labels: Labels,
         search: LatencySearch,
+        images: Iterable[SeenImage] = (),
     ) -> None:
         self._inputs = inputs
         self.log = Events()
@@ -78,34 +91,42 @@ class LatencyTrial:
         tracking = Tracker(config, self.identity, self.log)
         self.pipeline = Pipeline(config, inputs, tracking, origin, self.log)
         self.pipeline.latency = search
-        self.waiting: deque[tuple[DetectionFrame, int]] = deque()
+        self.waiting: deque[SeenImage] = deque()
         self.balance = 0.0
+        self.behind = False
         self._published: dict[str, deque[RobotEstimate]] = {}
         self._apart: dict[str, RobotEstimate] = {}
         self._refused: set[Box] = set()
+        self._newest_ns = 0
+        for image in images:
+            self._note(image)
+            self.behind = True
 
-    def add(
-        self, frame: DetectionFrame, result: FrameResult, measured: dict[str, int] | None
-    ) -> None:
-        """Take in an image after the configured latency has.
+    def add(self, image: SeenImage) -> None:
+        """Take in an image after the published tracker has."""
+        passed_s = (image.frame.stamp_ns - self._newest_ns) * 1e-9
+        self._note(image)
+        for _ in range(1 + math.ceil(min(passed_s, TUNING.most_passed_s) * TUNING.catch_up_hz)):
+            self.behind = bool(self.waiting) and self._take(self.waiting[0])
+            if not self.behind:
+                return
+            self.waiting.popleft()
+        self.behind = bool(self.waiting)
 
-        Args:
-            frame: its boxes.
-            result: what is published of it.
-            measured: the box of each labelled robot; None: it had no pose.
-        """
+    def _note(self, image: SeenImage) -> None:
+        """Let an image wait, and keep what was published of it."""
+        frame = image.frame
+        self._newest_ns = frame.stamp_ns
         boxes = frame.centers.tolist()
         self.identity.tell(
-            {(frame.stamp_ns, *boxes[i]): name for name, i in (measured or {}).items()}
+            {(frame.stamp_ns, *boxes[i]): name for name, i in (image.measured or {}).items()}
         )
-        for one in result.estimates:
+        for one in image.estimates:
             kept = self._published.setdefault(one.robot_id, deque())
             kept.append(one)
             while frame.stamp_ns - kept[0].stamp_ns > TUNING.kept_ns:
                 kept.popleft()
-        self.waiting.append((frame, len(measured or {})))
-        while self.waiting and self._take(*self.waiting[0]):
-            self.waiting.popleft()
+        self.waiting.append(image)
 
     def learn(self, search: LatencySearch) -> None:
         """Go on with another search if that knows the latency better."""
@@ -151,8 +172,9 @@ class LatencyTrial:
         )
         return next(same, None)
 
-    def _take(self, frame: DetectionFrame, known: int) -> bool:
+    def _take(self, image: SeenImage) -> bool:
         """Process an image; return False while telemetry of its scene may still come."""
+        frame, known = image.frame, len(image.measured or {})
         scene_ns = frame.stamp_ns - self.pipeline.latency.scene_ns
         samples = self._inputs.at(scene_ns)
         late = len(self.waiting) > TUNING.most_waiting

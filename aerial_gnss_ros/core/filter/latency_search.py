@@ -140,6 +140,11 @@ class LatencySearch:
         if self.searches:
             self._conclude(self._posterior())
 
+    def resume(self, former: LatencySearch) -> None:
+        """Continue a search about the same latency; images that it has compared tell no more."""
+        self.follow(former)
+        self._newest_ns = former._last_ns
+
     def conclude(self) -> None:
         """Take over what decided for another latency, and weigh no more."""
         if self.evidence is not None:

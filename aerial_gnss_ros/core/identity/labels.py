@@ -111,6 +111,7 @@ class Labels:
     def go_own_way(self) -> None:
         """Share only the numbers with the labels that these were copied from."""
         self._waiting, self._known, self._told = dict(self._waiting), dict(self._known), {}
+        self._followed = set()
 
     def tell(self, boxes: dict[Box, str]) -> None:
         """Note how another tracker calls the robots in some boxes."""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.estimation import latency_doubt
+from aerial_gnss_ros.core.estimation import latency_doubt, recent_images
 
 STATED = {"noise.gnss_offset_m": 0.02, "noise.robot_acceleration": 0.01}
 ROBOTS = {"a": lambda _t: (2.0, 18.0), "b": lambda _t: (-3.0, 22.0), "c": lambda _t: (6.0, 24.0)}
@@ -66,6 +66,36 @@ def test_a_latency_that_nobody_states_is_found(sea, late_s):
     truth = np.array([place(0.0) for place in ROBOTS.values()])
     for one in ends:
         assert np.linalg.norm(truth - one.position, axis=1).min() < 0.5
+
+
+def errors(results, since_s):
+    """Distances of robots from the nearest true one, from a time since the first image on, m."""
+    truth = np.array([place(0.0) for place in ROBOTS.values()])
+    begin_ns = results[0].stamp_ns
+    return np.array([
+        np.linalg.norm(truth - one.position, axis=1).min()
+        for result in results if (result.stamp_ns - begin_ns) * 1e-9 > since_s
+        for one in result.estimates
+    ])  # fmt: skip
+
+
+def test_what_images_told_before_is_not_lost(sea, monkeypatch):
+    """The compass is 3 deg wrong: later images alone take long to tell that again."""
+    flown = []
+    for again in (True, False):
+        if not again:
+            nothing = replace(recent_images.TUNING, kept_ns=0)
+            monkeypatch.setattr(recent_images, "TUNING", nothing)
+            never = replace(latency_doubt.TUNING, known_s=0.0)
+            monkeypatch.setattr(latency_doubt, "TUNING", never)
+        world = late_world(sea, 1.0)
+        world.rpy_bias_deg = (0.0, 0.0, 3.0)
+        engine = sea.estimator(STATED)
+        results = sea.play(engine, world, 24.0, images=5)
+        assert engine.happened["latency_doubted"] == 1
+        flown.append(float(np.sqrt(np.mean(errors(results, 16.0) ** 2))))
+    assert flown[0] < 0.25
+    assert flown[1] > 0.75
 
 
 def test_the_configured_latency_is_kept_to_the_last_bit(sea):
@@ -127,7 +157,7 @@ def test_switched_off_it_is_not_doubted(sea):
 def test_boxes_tell_it_without_a_robot_that_could_be_fitted(sea):
     """No track is confirmed, so that no box has a label."""
     engine = sea.estimator(STATED | {"tracks.confirm_hits": 100, "tracks.confirm_window_s": 3.0})
-    results = sea.play(engine, late_world(sea, 1.5), 20.0, images=5, until_flush=False)
+    results = sea.play(engine, late_world(sea, 1.5), 18.0, images=5, until_flush=False)
     assert not any(result.estimates for result in results)
     found = next(one for one in reversed([latency(result) for result in results]) if one)
     assert found.sigma < 0.5
@@ -197,3 +227,22 @@ def test_a_calibration_in_flight_does_not_end_the_search(sea):
     engine.reconfigure(estimator_config({**sea.origin, **STATED, "calibration.height_m": 0.1}))
     results = sea.play(engine, world, 3.0, begin=18.1)
     assert latency(results[-1]) is not None
+
+
+def test_a_failure_once_the_latency_is_found_leaves_it_found(sea, monkeypatch):
+    known = latency_doubt.LatencyDoubt._known
+
+    def fails(doubt):
+        assert not doubt.doubted
+        return known(doubt)
+
+    monkeypatch.setattr(latency_doubt.LatencyDoubt, "_known", fails)
+    never = replace(latency_doubt.TUNING, known_s=0.0)
+    monkeypatch.setattr(latency_doubt, "TUNING", never)
+    engine, world = sea.estimator(STATED), late_world(sea, 1.0)
+    sea.play(engine, world, 18.0, images=5, until_flush=False)
+    assert engine.happened["latency_doubted"] == 1
+    engine.reconfigure(estimator_config({**sea.origin, **STATED, "calibration.height_m": 0.1}))
+    results = sea.play(engine, world, 3.0, begin=18.1, images=5)
+    assert latency(results[-1]) is not None
+    assert results[-1].estimates

@@ -4,21 +4,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.estimation import latency_trial
 from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
+from aerial_gnss_ros.core.estimation.recent_images import SeenImage
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.tracker.box_account import Settled
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State
 from aerial_gnss_ros.core.values.events import Events
-from aerial_gnss_ros.core.values.rejection import Reason, Rejection
+from aerial_gnss_ros.core.values.rejection import Input, Reason, Rejection
 
 SECOND = 1_000_000_000
 
@@ -35,8 +39,11 @@ def result(stamp_ns, *estimates, refused=()):
     return FrameResult(stamp_ns, "camera", estimates, refused, None)
 
 
-@pytest.fixture
-def trial(sea):
+def seen(frame, published, measured):
+    return SeenImage(frame, published.estimates, measured)
+
+
+def trial_of(sea, images=()):
     """Return a trial whose images give what its list of results says."""
     config = estimator_config({**sea.origin, "noise.latency_s": 1.0})
     inputs = TelemetryBuffers(config)
@@ -46,6 +53,7 @@ def trial(sea):
         MapOrigin(config, None, Events()),
         Labels(config),
         LatencySearch(config, inputs),
+        images,
     )
     found.gives = []
     found._inputs = SimpleNamespace(at=lambda _ns: None)
@@ -58,11 +66,16 @@ def trial(sea):
     return found
 
 
+@pytest.fixture
+def trial(sea):
+    return trial_of(sea)
+
+
 def test_published_covariances_contain_the_other_position(sea, trial):
     now = sea.stamp(1.0)
     published = result(now, estimate(now, 10.0, 1.0), estimate(now, 30.0, 1.0, "aqua_2"))
     trial.gives = [result(now, estimate(now, 14.0, 3.0))]
-    trial.add(sea.boxes(1.0, [[640.0, 360.0]]), published, {"aqua_1": 0})
+    trial.add(seen(sea.boxes(1.0, [[640.0, 360.0]]), published, {"aqua_1": 0}))
     covered = trial.covered(published, 0.25)
     one, other = covered.estimates
     assert one.position[0] == 10.0  # the configured latency's positions stay
@@ -74,7 +87,7 @@ def test_published_covariances_contain_the_other_position(sea, trial):
 def test_positions_of_different_times_are_not_compared(sea, trial):
     then, now = sea.stamp(1.0), sea.stamp(2.0)
     trial.gives = [result(then, estimate(then, 14.0, 3.0))]
-    trial.add(sea.boxes(2.0, []), result(now, estimate(now, 10.0, 1.0)), None)
+    trial.add(seen(sea.boxes(2.0, []), result(now, estimate(now, 10.0, 1.0)), None))
     published = result(now, estimate(now, 10.0, 1.0))
     assert trial.covered(published, 0.25).estimates[0].covariance[0, 0] == 1.0
 
@@ -83,7 +96,7 @@ def test_a_pending_box_is_refused_if_the_trial_refuses_it_too(sea, trial):
     now = sea.stamp(1.0)
     boxes = [Rejection(now, Reason.UNCONFIRMED, u, 5.0) for u in (1.0, 2.0, 3.0)]
     trial.gives = [result(now, refused=(Rejection(now, Reason.GATED, 2.0, 5.0),))]
-    trial.add(sea.boxes(1.0, []), result(now), {})
+    trial.add(seen(sea.boxes(1.0, []), result(now), {}))
     assert trial.settled(Settled(4, tuple(boxes))) == Settled(6, (boxes[1],))
 
 
@@ -95,3 +108,32 @@ def test_the_better_known_latency_is_gone_on_with(trial):
     better = SimpleNamespace(found=(1.1, 0.05))
     trial.learn(better)
     assert trial.pipeline.latency is better
+
+
+def test_images_so_far_are_taken_in_some_with_each_new_one(sea, monkeypatch):
+    tuning = replace(latency_trial.TUNING, catch_up_hz=15.0)
+    monkeypatch.setattr(latency_trial, "TUNING", tuning)
+    old = [seen(sea.boxes(0.2 * k, []), result(sea.stamp(0.2 * k)), None) for k in range(8)]
+    trial, taken = trial_of(sea, old), []
+    trial.pipeline.result = lambda frame, _samples: (
+        taken.append(frame.stamp_ns) or result(frame.stamp_ns)
+    )
+    assert trial.behind
+    counts = []
+    for t in (1.5, 1.6, 1.7, 1.8, 1.9):
+        trial.add(seen(sea.boxes(t, []), result(sea.stamp(t)), None))
+        counts.append((len(taken), trial.behind))
+    # Two for each 0.1 s of flight, and one for each new image.
+    assert counts == [(3, True), (6, True), (9, True), (12, False), (13, False)]
+    assert taken == sorted(taken)
+
+
+def test_images_without_telemetry_so_far_are_not_waited_for(sea):
+    old = [seen(sea.boxes(0.2 * k, []), result(sea.stamp(0.2 * k)), None) for k in range(3)]
+    trial = trial_of(sea, old)
+    trial.gives = [result(sea.stamp(0.0))]
+    missing = MissingTelemetry(Reason.no(Input.FIX), True)
+    trial._inputs = SimpleNamespace(at=lambda ns: missing if ns > sea.stamp(0.1) else None)
+    trial.add(seen(sea.boxes(0.6, []), result(sea.stamp(0.6)), None))
+    assert len(trial.waiting) == 3
+    assert not trial.behind

@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.estimation.estimator import Estimator
-from aerial_gnss_ros.core.filter.latency_search import _is_smooth
+from aerial_gnss_ros.core.filter.latency_search import LatencySearch, _is_smooth
 from aerial_gnss_ros.core.filter.pose_lattice import MARGIN, smoothed
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.values.estimates import State
@@ -116,6 +117,20 @@ def test_simulated_flights_are_honest(family, late_s, seed):
     assert sigma < 0.15
     assert not [one for one in engine.events if "max_speed" in one]  # as it becomes known
     assert max(robot.sigma_m for robot in engine.robots) < 1.2
+
+
+def test_images_that_have_been_compared_tell_nothing_twice(sea):
+    engine = sea.estimator(STATED | {"noise.latency_s": 1.0})
+    world = _late(sea, 0.5, lambda t: (5.0 * math.sin(t), 0.0, 30.0), lambda _t: (0.0, 60.0, 90.0))
+    sea.play(engine, world, 10.0, images=5)
+    former = engine._pipeline.latency
+    scene, measured = engine._pipeline.measured
+    old = replace(scene, detections=world.frame(5.0))
+    for begin, again in (("follow", True), ("resume", False)):
+        search = LatencySearch(engine._config, engine._inputs)
+        getattr(search, begin)(former)
+        assert search.found == former.found
+        assert search.compare(old, measured, engine._origin.local) is again
 
 
 def test_it_is_not_estimated_unless_it_is_asked_for(sea):

@@ -57,6 +57,9 @@ def test_another_tracker_of_the_same_boxes_gives_the_same_labels():
     again = replace(_seen(90.0, 9.0), boxes=((2, 6.0, 6.0),))
     assert other.assign([_seen(70.0, 0.0), one], LOCAL) == ["aqua_3", "aqua_2"]
     assert other.assign([again], LOCAL) == ["aqua_4"]  # each label once
+    third = other.beside()
+    third.tell({(2, 6.0, 6.0): "aqua_2"})
+    assert third.assign([again], LOCAL) == ["aqua_2"]  # once for each tracker
     assert first.assign([_seen(99.0, 0.0)], LOCAL) == ["aqua_5"]  # and each number
     assert {one.name for one in first.saved().robots} == {one.name for one in other.saved().robots}
 
