@@ -36,6 +36,7 @@ from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_vector
 from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
+from aerial_gnss_ros.core.telemetry.stamp_resolution import stamp_sigma_s
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult
 
@@ -203,10 +204,7 @@ class LatencyDoubt:
             self.trial.add(image)
         elif not self.doubted:
             if self.open and self._nats >= TUNING.tried_nats:
-                self._again, self.trial = (
-                    False,
-                    self._begin(LatencySearch(self.unknown, self._inputs), origin, labels),
-                )
+                self._again, self.trial = False, self._begin(self._anew(), origin, labels)
             return None
         known = self._known()
         if known is not None:
@@ -245,6 +243,14 @@ class LatencyDoubt:
         """Return a trial that begins with the recent images."""
         images = self._recent.images
         return LatencyTrial(self.unknown, self._inputs, origin, labels, search, images)
+
+    def _anew(self) -> LatencySearch:
+        """Return a search that knows nothing but how exact stamps are."""
+        images = [one.frame.stamp_ns for one in self._recent.images]
+        search = LatencySearch(self.unknown, self._inputs)
+        search.stamp_sigma_s = stamp_sigma_s(images, self._inputs.stamps(images[0], images[-1]))
+        self.search.stamp_sigma_s = search.stamp_sigma_s
+        return search
 
     def _learnt(self) -> LatencySearch:
         """Return a search that goes on from what decided."""

@@ -90,6 +90,8 @@ class LatencySearch:
         found: mean and sigma of the correction, s; None where it is not estimated.
         scene_ns: estimated time from an image's scene to its stamp, ns.
         evidence: takes in what images say of other latencies than the configured one, if set.
+        stamp_sigma_s: standard deviation of telemetry's stamps, s, by which no latency is known
+            better.
     """
 
     def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
@@ -109,6 +111,7 @@ class LatencySearch:
         self._bank = LatencyBank(model, motion, len(self.corrections))
         self._reappearance = Reappearance(model, motion)
         self.evidence: LatencyEvidence | None = None
+        self.stamp_sigma_s = 0.0
         self.reset()
 
     def reset(self) -> None:
@@ -134,7 +137,7 @@ class LatencySearch:
         self._cost = np.interp(wanted, known, former._cost)
         self._squares = np.interp(wanted, known, former._squares)
         self._images, self._slope = former._images, former._slope
-        self.evidence = former.evidence
+        self.evidence, self.stamp_sigma_s = former.evidence, former.stamp_sigma_s
         if self.evidence is not None and apart:
             self.evidence = LatencyEvidence(self.corrections)
         if self.searches:
@@ -260,7 +263,8 @@ class LatencySearch:
         # Noise of the poses adds this variance to the slope of the cost, beyond that of the boxes.
         tilt = 0.25 * self._slope * variance**2
         wide = max(variance, self._sigma**2)
-        return mean, math.sqrt(min(variance + tilt + (STEP_S / TUNING.posterior_steps) ** 2, wide))
+        least = self.stamp_sigma_s**2 + (STEP_S / TUNING.posterior_steps) ** 2
+        return mean, math.sqrt(min(variance + tilt + least, wide))
 
     def _pose(self, stamp_ns: int) -> MapPose | bool:
         """Return the camera at a time; without one, whether its telemetry may still arrive."""

@@ -195,6 +195,15 @@ class TelemetryBuffers:
         self.references.clear()
         self.cameras.clear()
 
+    def stamps(self, first_ns: int, last_ns: int) -> list[list[int]]:
+        """Return for each input on a topic its stamps, as sent, from one time to another, ns."""
+        found = []
+        for source, series in self._series.items():
+            late_ns = self._late_ns.get(source, 0)
+            sent = series.stamps(first_ns - late_ns, last_ns - late_ns)
+            found.append([one + late_ns for one in sent])
+        return found
+
     def at(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry:
         """Return all telemetry at the time of a scene, or the missing input."""
         values = self._constants.copy()

@@ -122,6 +122,11 @@ class Series(Generic[T]):
         """The sample with the newest stamp."""
         return self._values[-1] if len(self) else None
 
+    def stamps(self, first_ns: int, last_ns: int) -> list[int]:
+        """Return the stamps of the samples from one time to another, ns."""
+        first = bisect_left(self._stamps, first_ns, lo=self._start)
+        return self._stamps[first : bisect_right(self._stamps, last_ns, lo=self._start)]
+
     def clear(self) -> None:
         """Forget everything."""
         self._stamps.clear()

@@ -246,3 +246,12 @@ def test_a_failure_once_the_latency_is_found_leaves_it_found(sea, monkeypatch):
     results = sea.play(engine, world, 3.0, begin=18.1, images=5)
     assert latency(results[-1]) is not None
     assert results[-1].estimates
+
+
+def test_a_latency_is_known_no_better_than_stamps_of_telemetry(sea):
+    """Telemetry once a second has stamps of images, of which there are two a second."""
+    engine = sea.estimator(STATED)
+    results = sea.play(engine, late_world(sea, 1.0), 40.0, images=2, telemetry=1)
+    found = next(one for one in reversed([latency(result) for result in results]) if one)
+    assert abs(found.value - 1.0) < 3.0 * found.sigma
+    assert 0.5 / math.sqrt(12.0) < found.sigma < 0.3

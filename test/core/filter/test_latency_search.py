@@ -133,6 +133,19 @@ def test_images_that_have_been_compared_tell_nothing_twice(sea):
         assert search.compare(old, measured, engine._origin.local) is again
 
 
+def test_a_latency_is_known_no_better_than_stamps_of_telemetry(sea):
+    found = []
+    for stamps_s in (0.0, 0.2):
+        engine = sea.estimator(STATED | {"noise.latency_s": 1.0})
+        engine._pipeline.latency.stamp_sigma_s = stamps_s
+        world = _late(
+            sea, 0.5, lambda t: (5.0 * math.sin(t), 0.0, 30.0), lambda _t: (0.0, 60.0, 90.0)
+        )
+        found.append(_reported(sea.play(engine, world, 12.0, images=5)))
+    assert found[1][0] == pytest.approx(found[0][0], abs=1e-6)
+    assert found[1][1] == pytest.approx(math.hypot(found[0][1], 0.2), rel=0.01)
+
+
 def test_it_is_not_estimated_unless_it_is_asked_for(sea):
     results = sea.play(sea.estimator(STATED), sea.World(robots=ROBOTS), 2.0)
     assert "latency" not in {one.name for result in results for one in result.platform}

@@ -28,6 +28,9 @@ def test_a_fix_and_a_height_that_are_stamped_late(latency_s) -> None:
         inputs.add(Input.GIMBAL, Orientation(stamp, level))
         inputs.add(Input.FIX, Fix(stamp, 0.2 + 1e-7 * k, -1.0, 0.0))
         inputs.add(Input.HEIGHT, Scalar(stamp, 20.0 + 0.1 * k))
+    first, last = 10**18 + 1_000_000_000, 10**18 + 1_200_000_000
+    sent = [first, first + 100_000_000, last]
+    assert inputs.stamps(first, last) == [sent, sent, sent]  # as sent
     found = inputs.at(10**18 + 2_000_000_000)
     assert isinstance(found, SceneTelemetry)
     assert found.fix.latitude - 0.2 == pytest.approx(1e-6 * (2.0 + latency_s), abs=1e-10)

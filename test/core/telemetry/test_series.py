@@ -62,6 +62,13 @@ def test_nothing_is_extrapolated_and_the_reason_has_a_type(seconds, missing, rea
     assert got.can_arrive == (missing in (Missing.WAIT, Missing.STALE))
 
 
+def test_stamps_between_two_times_include_both():
+    series = _heights((10, 5.0), (11, 7.0), (12, 9.0), (13, 9.0))
+    stamps = series.stamps(11 * SECOND, 12 * SECOND)
+    assert stamps == [11 * SECOND, 12 * SECOND]
+    assert series.stamps(14 * SECOND, 15 * SECOND) == []
+
+
 def test_neighbours_exactly_max_gap_apart_are_used():
     assert isinstance(_heights((10, 5.0), (11.5, 7.0)).at(11 * SECOND), Sample)
     assert _heights((10, 5.0), (11.500000001, 7.0)).at(11 * SECOND) is Missing.GAP
