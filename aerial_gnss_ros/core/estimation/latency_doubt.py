@@ -206,15 +206,14 @@ class LatencyDoubt:
             if self.open and self._nats >= TUNING.tried_nats:
                 self._again, self.trial = False, self._begin(self._anew(), origin, labels)
             return None
+        found = self.trial
+        if found is not None and not found.behind and self._believed(found):
+            self.trial, self._published = None, found.pipeline
+            return found
         known = self._known()
         if known is not None:
             self._again, self.trial = True, self._begin(known, origin, labels)
-            return None
-        found = self.trial
-        if found is None or found.behind or not self._believed(found):
-            return None
-        self.trial, self._published = None, found.pipeline
-        return found
+        return None
 
     def _believed(self, trial: LatencyTrial) -> bool:
         """Return whether a trial's latency is the likelier one; once it is, it stays so."""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.estimation import latency_doubt, recent_images
+from aerial_gnss_ros.core.estimation import latency_doubt, latency_trial, recent_images
 
 STATED = {"noise.gnss_offset_m": 0.02, "noise.robot_acceleration": 0.01}
 ROBOTS = {"a": lambda _t: (2.0, 18.0), "b": lambda _t: (-3.0, 22.0), "c": lambda _t: (6.0, 24.0)}
@@ -96,6 +96,18 @@ def test_what_images_told_before_is_not_lost(sea, monkeypatch):
         flown.append(float(np.sqrt(np.mean(errors(results, 16.0) ** 2))))
     assert flown[0] < 0.25
     assert flown[1] > 0.75
+
+
+def test_a_trial_is_published_once_it_has_caught_up(sea, monkeypatch):
+    slow = replace(latency_trial.TUNING, catch_up_hz=20.0)
+    monkeypatch.setattr(latency_trial, "TUNING", slow)
+    engine, waited = sea.estimator(STATED), []
+    take_over = engine._take_over
+    engine._take_over = lambda trial, config: (
+        waited.append(len(trial.waiting)) or take_over(trial, config)
+    )
+    sea.play(engine, late_world(sea, 1.0), 20.0, images=5)
+    assert waited == [0, 0]  # with a latency that is not known, and with one that is
 
 
 def test_the_configured_latency_is_kept_to_the_last_bit(sea):
@@ -244,7 +256,7 @@ def test_a_failure_once_the_latency_is_found_leaves_it_found(sea, monkeypatch):
     assert engine.happened["latency_doubted"] == 1
     engine.reconfigure(estimator_config({**sea.origin, **STATED, "calibration.height_m": 0.1}))
     results = sea.play(engine, world, 3.0, begin=18.1, images=5)
-    assert latency(results[-1]) is not None
+    assert engine._pipeline.latency.found is not None
     assert results[-1].estimates
 
 
