@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -89,3 +91,12 @@ def test_what_interpolation_leaves_lasts_for_the_gap():
     noise = lattice.interpolation(14, 16, 0.1)
     np.testing.assert_allclose(noise, np.outer([0.0, 1.0, 0.0], 5.0 * np.arange(6.0)))
     assert lattice.interpolation(14, 16, 0.0) is None
+
+
+def test_telemetry_that_is_noisy_all_the_time_does_not_jump():
+    """1 deg of white noise: second differences of 2.4 deg; a turn by 0.5 rad stands out."""
+    noise = np.random.default_rng(1).normal(0.0, math.radians(1.0), 100)
+    assert jumps(lambda t: noise[round(10.0 * t)]) == ()
+    seen = jumps(lambda t: noise[round(10.0 * t)] + 0.5 * (t > 5.0))
+    np.testing.assert_allclose(seen, 5.0, atol=0.25)
+    assert seen
