@@ -14,7 +14,7 @@ CORE = Path(__file__).resolve().parents[2] / "aerial_gnss_ros" / "core"
 ROOMS = ("models", "faults", "filter", "association", "identity", "references", "tracker")
 FIXED = {
     "CURRENT", "POSE_COUNT", "STEP_S", "STEP_NS", "VERSION", "_FORBIDDEN", "_MEDIAN", "_ENTRIES",
-    "_CORRELATED",
+    "_CORRELATED", "EXPECTED",
 }  # fmt: skip
 """Numbers that are no choice: dimensions, units, a format's version, mathematics."""
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
-from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
+from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial, learn
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
 from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence
@@ -66,7 +66,7 @@ class LatencyDoubtTuning:
     known_s: float = 0.1
     """Sigma of another latency below which images are taken in once more, s: above, the filter
     learns nothing else. As `sure_s` of the joint filter."""
-    interval_s: float = 0.4
+    interval_s: float = 0.1
     """Least time between images that are taken, s: some ten decide, and each costs as much as one
     in the filter. Judged."""
     decided_s: float = 30.0
@@ -159,10 +159,13 @@ class LatencyDoubt:
             local: the frame `map`.
         """
         evidence = self.search.evidence
-        if not self.open or evidence is None:
+        if evidence is None or not (self.open or self.doubted):
             return
         stamp_ns = scene.detections.stamp_ns
         self.search.compare(scene, measured, local)
+        if self.doubted:
+            self._learn_more(stamp_ns, not measured)
+            return
         self._moved_s += self._moved(stamp_ns, scene.in_map)
         self._last = stamp_ns, scene.in_map
         gains = evidence.gains(self.search.excess)
@@ -222,9 +225,15 @@ class LatencyDoubt:
         likelier = self._nats > TUNING.doubted_nats
         self.doubted = likelier and trial.balance > -TUNING.fewer_robots
         if self.doubted:
-            self.open, self.due_ns = False, NEVER_NS
+            self.open = False
             trial.learn(self._learnt())
         return self.doubted
+
+    def _learn_more(self, stamp_ns: int, unlabelled: bool) -> None:
+        """Go on telling which latency it is where boxes have no labels, until it is known."""
+        self.due_ns = NEVER_NS if self._again else stamp_ns + round(TUNING.interval_s * 1e9)
+        if unlabelled and self._published is not None and not self._again:
+            learn(self._published, self._learnt())
 
     def _known(self) -> LatencySearch | None:
         """Return a search to take images in with once more, if the latency has become known."""

@@ -130,9 +130,7 @@ class LatencyTrial:
 
     def learn(self, search: LatencySearch) -> None:
         """Go on with another search if that knows the latency better."""
-        own, other = self.pipeline.latency.found, search.found
-        if own is not None and other is not None and other[1] < own[1]:
-            self.pipeline.latency = search
+        learn(self.pipeline, search)
 
     def settled(self, boxes: Settled) -> Settled:
         """Return the decision on boxes that were pending: what the trial has not refused is used.
@@ -193,3 +191,10 @@ class LatencyTrial:
 
 def _box(refused: Rejection) -> Box:
     return refused.stamp_ns, refused.u_px, refused.v_px
+
+
+def learn(pipeline: Pipeline, search: LatencySearch) -> None:
+    """Let a pipeline go on with another search if that knows the latency better."""
+    own, other = pipeline.latency.found, search.found
+    if own is not None and other is not None and other[1] < own[1]:
+        pipeline.latency = search

@@ -112,6 +112,7 @@ class LatencyBank:
         self._state = np.zeros((self._count, 0, 4))
         self._covariance = np.zeros((self._count, 0, 4, 4))
         self._views: Views | None = None
+        self._level = 1.0
 
     def update(
         self,
@@ -121,6 +122,7 @@ class LatencyBank:
         rotations: Array,
         anew: Mask | None = None,
         interpolation: Array | None = None,
+        level: float = 1.0,
     ) -> LatencyFit | None:
         """Update with an image; return its fit, None if no robot was known before.
 
@@ -131,7 +133,9 @@ class LatencyBank:
             rotations: (h, 3, 3) camera FLU in `map`.
             anew: (h,) whether robots begin anew at their boxes; None: none do.
             interpolation: (h, 6) variances of the poses, see `Views`.
+            level: factor by which white noise of boxes and poses is larger than stated.
         """
+        self._level = level
         self._forget(now.stamp_ns)
         views = Views(positions, rotations @ FLU_FROM_OPTICAL, interpolation)
         if self._seen_ns and passed > 0.0:
@@ -153,6 +157,11 @@ class LatencyBank:
         if fresh:
             self._begin(now, fresh, views)
         return fit
+
+    @property
+    def _white(self) -> Array:
+        """Variances (6,) of the poses' white noise."""
+        return self._level * self._model.white
 
     def _forget(self, stamp_ns: int) -> None:
         since = [stamp_ns - seen for seen in self._seen_ns.values()]
@@ -187,10 +196,10 @@ class LatencyBank:
         self, camera: CameraModel, slots: list[int], pixels: Array, views: Views
     ) -> LatencyFit:
         x, P = self._state[:, slots], self._covariance[:, slots]
-        predicted, by_place, white, seen = views.measured(camera, x[..., :2], self._model.white)
+        predicted, by_place, white, seen = views.measured(camera, x[..., :2], self._white)
         cross = P[..., :2] @ by_place.swapaxes(2, 3)
         spread = by_place @ cross[..., :2, :] + white
-        spread[..., (0, 1), (0, 1)] += self._model.pixel
+        spread[..., (0, 1), (0, 1)] += self._level * self._model.pixel
         residual = np.where(seen[..., None], pixels[None] - predicted, 0.0)
         squared, log_determinant = mahalanobis(residual, spread)
         precision = inverse(spread)
@@ -230,8 +239,8 @@ class LatencyBank:
         """Return state (h, m, 4) and covariance of robots at their boxes, and which are valid."""
         places, shown = views.places(camera, pixels)
         places = np.where(shown[..., None], places, 0.0)
-        _, by_place, white, _ = views.measured(camera, places, self._model.white)
-        white[..., (0, 1), (0, 1)] += self._model.pixel
+        _, by_place, white, _ = views.measured(camera, places, self._white)
+        white[..., (0, 1), (0, 1)] += self._level * self._model.pixel
         precision = by_place.swapaxes(2, 3) @ inverse(white) @ by_place
         state, covariance = np.zeros((*places.shape[:2], 4)), np.zeros((*places.shape[:2], 4, 4))
         state[..., :2] = places

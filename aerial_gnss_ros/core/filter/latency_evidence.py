@@ -38,6 +38,9 @@ class LatencyEvidenceTuning:
     caution: float = 2.0
     """Divisor of log likelihoods: robots and errors do not follow the model exactly, and a box may
     count twice. Judged."""
+    together_s: float = 0.35
+    """Images that follow within this time count together no more than one may, s: what fits badly
+    does so for longer, by the same cause. Judged."""
     before_s: float = 0.5
     """How long before telemetry jumps images do not count, s: it is smoothed. Judged."""
     after_s: float = 1.2
@@ -50,6 +53,9 @@ class LatencyEvidenceTuning:
 
 TUNING = LatencyEvidenceTuning()
 
+EXPECTED = 2.0
+"""Normalised squared residual of a box at the right latency."""
+
 
 @dataclass
 class Stretch:
@@ -57,12 +63,17 @@ class Stretch:
 
     Attributes:
         times_s: of the n images, s.
-        costs: n of (h,), -2 log likelihood of an image's boxes at each candidate, up to a constant.
+        costs: n of (h,), -2 log likelihood of an image's boxes at each candidate, up to a constant;
+            infinite where there was no telemetry.
+        worst: upper bound of each.
+        levels: ratio of noise to the stated one that each is normalised by.
         jumps_s: times at which telemetry may have jumped, ascending, s.
     """
 
     times_s: list[float] = field(default_factory=list)
     costs: list[Array] = field(default_factory=list)
+    worst: list[float] = field(default_factory=list)
+    levels: list[float] = field(default_factory=list)
     jumps_s: list[float] = field(default_factory=list)
 
 
@@ -103,43 +114,65 @@ class LatencyEvidence:
         while sum(len(one.times_s) for one in self._stretches) > TUNING.most_images:
             self._stretches.popleft()
 
-    def add(self, time_s: float, fits: list[tuple[Array, Array]]) -> None:
+    def add(
+        self,
+        time_s: float,
+        fits: list[tuple[Array, Array]],
+        known: Mask | None = None,
+        level: float = 1.0,
+    ) -> None:
         """Take in an image.
 
         Args:
             time_s: its time, s.
             fits: (h,) normalised squared residuals, and log determinants of their covariances.
+            known: (h,) whether there was telemetry at each candidate's time; None: everywhere.
+            level: ratio of the noise to the stated one that the residuals are normalised by.
         """
         if not fits:
             return
         cost = np.zeros(len(self._corrections))
         for squares, size in fits:
-            cost += np.minimum(squares, TUNING.most_squares) + size - size.min()
+            cost += np.minimum(squares, TUNING.most_squares) - EXPECTED + size - size.min()
+        if known is not None:
+            cost[~known] = np.inf
+        worst = len(fits) * (TUNING.most_squares - EXPECTED)
         stretch = self._stretches[-1]
+        if stretch.times_s and time_s - stretch.times_s[-1] < TUNING.together_s:
+            stretch.costs[-1] = stretch.costs[-1] + cost
+            stretch.worst[-1] = max(stretch.worst[-1], worst)
+            return
         stretch.times_s.append(time_s)
         stretch.costs.append(cost)
+        stretch.worst.append(worst)
+        stretch.levels.append(level)
         if len(stretch.times_s) >= TUNING.most_images:
             self.interrupt()
 
-    def gains(self, excess: float) -> Array:
+    def gains(self, excess: float, alike: bool = False) -> Array:
         """Return the log likelihood (h,) of each candidate over the configured latency.
 
         Args:
             excess: ratio of the boxes' squared residuals to the stated noise, at least 1.
+            alike: only by images that all candidates have, which makes them comparable with one
+                another, too: of two that fit better than the configured one, the one with more
+                images would gain more.
         """
-        scale = 2.0 * excess * TUNING.caution
-        return np.minimum(self._gains(False), self._gains(True)) / scale
+        each = [self._gains(by_telemetry, alike, excess) for by_telemetry in (False, True)]
+        return np.minimum(*each) / (2.0 * TUNING.caution)
 
     @property
     def configured(self) -> int:
         """Index of the configured latency."""
         return self._zero
 
-    def _gains(self, by_telemetry: bool) -> Array:
+    def _gains(self, by_telemetry: bool, alike: bool, excess: float) -> Array:
         """Return by how much (h,) the candidates cost less than the configured latency.
 
         Args:
             by_telemetry: over the same telemetry, not the same images.
+            alike: see `gains`.
+            excess: likewise.
         """
         late = self._corrections
         own, other = np.zeros((2, len(late))), np.zeros((2, len(late)))
@@ -147,7 +180,16 @@ class LatencyEvidence:
             if not stretch.times_s:
                 continue
             times, cost = np.array(stretch.times_s)[:, None], np.array(stretch.costs)
-            right = ~disturbed(times - late, stretch.jumps_s)
+            worst = np.array(stretch.worst)[:, None]
+            weight = np.minimum(np.array(stretch.levels) / excess, 1.0)[:, None]
+            cost = np.where(np.isfinite(cost), weight * np.minimum(cost, worst), cost)
+            if alike:
+                complete = np.isfinite(cost).all(axis=1)
+                if not complete.any():
+                    continue
+                times, cost = times[complete], cost[complete]
+            right = ~disturbed(times - late, stretch.jumps_s) & np.isfinite(cost)
+            cost = np.where(right, cost, 0.0)
             right_own = right[:, self._zero, None]
             if by_telemetry:
                 first, last = times[0] - np.minimum(late, 0.0), times[-1] - np.maximum(late, 0.0)

@@ -60,7 +60,7 @@ class Reappearance:
         self._views: Views | None = None
 
     def update(
-        self, camera: CameraModel, pixels: Array, passed: float, views: Views
+        self, camera: CameraModel, pixels: Array, passed: float, views: Views, level: float = 1.0
     ) -> tuple[Array, Array] | None:
         """Return how far the last image's boxes are from where they should be seen again.
 
@@ -72,10 +72,11 @@ class Reappearance:
             pixels: (n, 2) centres of this image's boxes.
             passed: time since the last image, s.
             views: the camera at each latency.
+            level: factor by which white noise of boxes and poses is larger than stated.
         """
         apart = None
         if self._places is not None and 0.0 < passed <= TUNING.apart_s:
-            apart = self._apart(camera, pixels, passed, views)
+            apart = self._apart(camera, pixels, passed, views, level)
         self._places = self._shown = self._views = None
         if len(pixels):
             self._places, self._shown = views.places(camera, pixels[: TUNING.most_places])
@@ -83,7 +84,7 @@ class Reappearance:
         return apart
 
     def _apart(
-        self, camera: CameraModel, pixels: Array, passed: float, views: Views
+        self, camera: CameraModel, pixels: Array, passed: float, views: Views, level: float
     ) -> tuple[Array, Array]:
         assert self._places is not None  # noqa: S101 - see `update`
         assert self._shown is not None  # noqa: S101
@@ -97,8 +98,8 @@ class Reappearance:
         change[..., 3:] @= level_axes(views.optical[len(views.optical) // 2] @ FLU_FROM_OPTICAL.T)
         elsewhere = change @ self._slow @ change.swapaxes(2, 3)
         elsewhere[..., (0, 1), (0, 1)] += (self._speed * passed) ** 2
-        spread = by_place @ elsewhere @ by_place.swapaxes(2, 3) + 2.0 * noise
-        spread[..., (0, 1), (0, 1)] += 2.0 * self._model.pixel
+        spread = by_place @ elsewhere @ by_place.swapaxes(2, 3) + 2.0 * level * noise
+        spread[..., (0, 1), (0, 1)] += 2.0 * level * self._model.pixel
         squared = np.full(expected.shape, np.inf)
         if len(pixels):
             apart = pixels - predicted[:, :, None]

@@ -23,7 +23,7 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.latency_bank import BankObservation, LatencyBank, LatencyFit
 from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence, disturbed
 from aerial_gnss_ros.core.filter.latency_reappearance import Reappearance
-from aerial_gnss_ros.core.filter.latency_views import Views
+from aerial_gnss_ros.core.filter.latency_views import Mask, Views
 from aerial_gnss_ros.core.filter.pose_lattice import (
     SLOPE_NOISE,
     STEP_NS,
@@ -70,6 +70,9 @@ class LatencySearchTuning:
     """Mean normalised squared distance of boxes from those of the last image, at the latency that
     fits best, from which the picture has jumped, and robots begin anew: 2 is right, 15 the most.
     Judged."""
+    often: float = 0.5
+    """Share of the images of the candidate with most of which others have enough to tell how large
+    the noise is. Judged."""
     posterior_steps: int = 20
     """Grid points of the posterior between two candidates. Judged."""
     most_waiting: int = 100
@@ -112,6 +115,7 @@ class LatencySearch:
         self._reappearance = Reappearance(model, motion)
         self.evidence: LatencyEvidence | None = None
         self.stamp_sigma_s = 0.0
+        self._known: Mask = np.zeros(len(self.corrections), np.bool_)
         self.reset()
 
     def reset(self) -> None:
@@ -121,6 +125,7 @@ class LatencySearch:
         self._last_ns: int | None = None
         self._cost = np.zeros(len(self.corrections))
         self._squares = np.zeros(len(self.corrections))
+        self._fits = np.zeros(len(self.corrections))
         self._images = self._slope = 0.0
         self._lattice.clear()
         self._interrupt()
@@ -136,6 +141,7 @@ class LatencySearch:
         wanted, known = self.corrections + apart, former.corrections
         self._cost = np.interp(wanted, known, former._cost)
         self._squares = np.interp(wanted, known, former._squares)
+        self._fits = np.interp(wanted, known, former._fits)
         self._images, self._slope = former._images, former._slope
         self.evidence, self.stamp_sigma_s = former.evidence, former.stamp_sigma_s
         if self.evidence is not None and apart:
@@ -151,7 +157,7 @@ class LatencySearch:
     def conclude(self) -> None:
         """Take over what decided for another latency, and weigh no more."""
         if self.evidence is not None:
-            self._cost = -2.0 * self.excess * self.evidence.gains(self.excess)
+            self._cost = -2.0 * self.excess * self.evidence.gains(self.excess, alike=True)
             self._images = max(self._images, 1.0)
         self.evidence = None
         self._conclude(self._posterior())
@@ -195,8 +201,10 @@ class LatencySearch:
     @property
     def excess(self) -> float:
         """Ratio of the boxes' squared residuals to the stated noise, at least 1."""
-        squares = float(self._squares[np.argmin(self._cost)])
-        return max(1.0, squares / (2.0 * max(self._images, 1.0)))
+        often = np.flatnonzero(self._fits >= TUNING.often * self._fits.max())
+        fits = np.maximum(self._fits[often], 1.0)
+        best = int(np.argmin(self._cost[often] / fits))
+        return max(1.0, float(self._squares[often[best]]) / (2.0 * float(fits[best])))
 
     def _compare(self, seen: BankObservation, centers: Array) -> bool:
         """Take an image to the bank; return False where telemetry for it may still come."""
@@ -206,43 +214,69 @@ class LatencySearch:
         if not self._lattice.fill(first, last, self._pose, late):
             return False
         positions, rotations = self._lattice.between(first, last, rest / STEP_NS)
-        if not _is_smooth(positions, rotations):
+        posed = self._posed(positions)
+        if not _is_smooth(positions[posed], rotations[posed]):
             self._interrupt()
             return True
         passed = 0.0 if self._last_ns is None else (seen.stamp_ns - self._last_ns) * 1e-9
         self._last_ns = seen.stamp_ns
-        # A larger latency is an earlier pose.
-        positions, rotations = positions[::-1], rotations[::-1]
+        # A larger latency is an earlier pose; before the first one there is none to compare.
+        begin = int(np.argmax(posed))
+        positions[:begin], rotations[:begin] = positions[begin], rotations[begin]
+        positions, rotations, posed = positions[::-1], rotations[::-1], posed[::-1]
         between = self._lattice.interpolation(first, last, passed)
         between = None if between is None else between[::-1]
         anew = again = None
+        level = 1.0
         if self.evidence is not None:
+            level = self.excess
             anew = disturbed(1e-9 * seen.stamp_ns - self.corrections, self._lattice.jumps_s)
+            anew |= ~posed
             views = Views(positions, rotations @ FLU_FROM_OPTICAL, between)
-            again = self._reappearance.update(seen.camera, centers, passed, views)
+            again = self._reappearance.update(seen.camera, centers, passed, views, level)
             if again is not None and again[0].min() > TUNING.elsewhere_squares:
                 self._bank.reset()
-        fit = self._bank.update(seen, passed, positions, rotations, anew, between)
-        self._add(fit, passed)
+        fit = self._bank.update(seen, passed, positions, rotations, anew, between, level)
+        known = posed & self._known
+        self._known = posed
+        self._add(fit, passed, known, level)
         if self.evidence is not None:
             self.evidence.note_jumps(self._lattice.jumps_s)
             fits = [again, None if fit is None else (fit.squares, fit.size)]
-            self.evidence.add(seen.stamp_ns * 1e-9, [one for one in fits if one is not None])
+            found = [one for one in fits if one is not None]
+            self.evidence.add(seen.stamp_ns * 1e-9, found, known, level)
         return True
+
+    def _posed(self, positions: Array) -> Mask:
+        """Return which of some poses (n, 3), the earliest first, an image is compared with.
+
+        All of them, if any is missing none; but evidence is about those from the first one on.
+        """
+        posed: Mask = np.ones(len(positions), np.bool_)
+        if self.evidence is not None:
+            begin = int(np.argmax(np.isfinite(positions[:, 0])))
+            posed[: min(begin, len(posed) - 1 - self.evidence.configured)] = False
+        return posed
 
     def _interrupt(self) -> None:
         """Compare nothing before with what follows."""
         self._bank.reset()
         self._reappearance.reset()
+        self._known = np.zeros(len(self.corrections), np.bool_)
         if self.evidence is not None:
             self.evidence.interrupt()
 
-    def _add(self, fit: LatencyFit | None, passed: float) -> None:
+    def _add(self, fit: LatencyFit | None, passed: float, known: Mask, level: float) -> None:
         fade = math.exp(-max(passed, 0.0) / TUNING.images_memory_s)
         self._cost, self._squares = fade * self._cost, fade * self._squares
         self._images, self._slope = fade * self._images, fade * self._slope
+        self._fits = fade * self._fits
         if fit is not None:
-            self._cost, self._squares = self._cost + fit.cost, self._squares + fit.squares
+            self._cost, self._squares = (
+                self._cost + known * fit.cost,
+                self._squares + level * known * fit.squares,
+            )
+            self._fits = self._fits + known
             self._images += 1.0
             self._slope += 4.0 * SLOPE_NOISE * float(fit.noise[np.argmin(self._cost)])
 

@@ -160,3 +160,24 @@ def test_an_error_that_lasts_moves_robots_as_the_camera_does(sea):
         spread.append(math.exp(float(fit.size[0])))
     alone = math.sqrt(spread[0])  # the same along both axes
     assert spread[1] == pytest.approx(alone * (alone + (0.1 * 0.4 * METRE_PX) ** 2), rel=1e-3)
+
+
+def test_boxes_and_poses_noisier_than_stated_have_that_much_more_variance(sea):
+    """As if it were stated: white noise alone is scaled, not what lasts."""
+
+    def found(stated, level):
+        model = platform(gnss_white=stated * 0.04, gnss_slow=0.3)
+        model.pixel = stated
+        own = bank(2, model)
+        own.update(BankObservation(0, sea.camera, {"a": at()}), 0.0, CAMERAS, TURNS, level=level)
+        now = BankObservation(round(STEP_S * 1e9), sea.camera, {"a": at(30.0)})
+        return own.update(now, STEP_S, CAMERAS, TURNS, level=level)
+
+    told, learnt, unknown = found(9.0, 1.0), found(1.0, 9.0), found(1.0, 1.0)
+    np.testing.assert_allclose(learnt.squares, told.squares)
+    np.testing.assert_allclose(learnt.size, told.size)
+    assert (unknown.squares > 1.05 * told.squares).all()
+
+
+CAMERAS = np.array([[0.0, 0.0, HEIGHT_M], [0.2, 0.0, HEIGHT_M]])
+TURNS = np.broadcast_to(DOWN, (2, 3, 3))

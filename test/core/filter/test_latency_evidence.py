@@ -81,9 +81,41 @@ def test_a_stretch_between_gaps_stands_for_itself():
     assert best(evidence) == pytest.approx(1.0, abs=0.5)
 
 
+def test_an_image_without_telemetry_at_a_candidate_tells_nothing_of_it():
+    whole, part = LatencyEvidence(CORRECTIONS), LatencyEvidence(CORRECTIONS)
+    for t in np.arange(0.0, 10.0, 0.4):
+        fits = [(of_latency(1.0)(t, CORRECTIONS), NO_SIZE)]
+        whole.add(t, fits)
+        part.add(t, fits, t >= CORRECTIONS)
+    known = CORRECTIONS <= 0.0
+    np.testing.assert_array_equal(part.gains(1.0)[known], whole.gains(1.0)[known])
+    late = CORRECTIONS > 0.5
+    assert np.isfinite(part.gains(1.0)).all()
+    assert (part.gains(1.0)[late] <= whole.gains(1.0)[late]).all()
+    assert best(part) == pytest.approx(1.0, abs=0.5)
+
+
 def test_noise_larger_than_stated_counts_less():
     evidence = shown(of_latency(1.0), 10.0)
     np.testing.assert_allclose(evidence.gains(2.0), 0.5 * evidence.gains(1.0))
+
+
+def test_residuals_in_units_of_that_noise_count_in_full():
+    evidence, fit = LatencyEvidence(CORRECTIONS), of_latency(1.0)
+    for t in np.arange(0.0, 10.0, 0.4):
+        evidence.add(t, [(fit(t, CORRECTIONS), NO_SIZE)], level=2.0)
+    stated = shown(of_latency(1.0), 10.0)
+    np.testing.assert_allclose(evidence.gains(2.0), stated.gains(1.0))
+    np.testing.assert_allclose(evidence.gains(4.0), stated.gains(2.0))
+
+
+def test_images_that_follow_closely_tell_more_but_one_fault_no_more_than_in_one():
+    little = lambda _t, late: RIGHT + 1.0 * (np.abs(late - 1.0) > 0.45)  # noqa: E731
+    dense, sparse = (shown(little, 10.0, step_s=step_s) for step_s in (0.1, 0.4))
+    assert dense.gains(1.0).max() > 3.5 * sparse.gains(1.0).max()
+    fault = lambda t, late: np.where((late == 0.0) & (t > 5.0), 1000.0, RIGHT)  # noqa: E731
+    dense, sparse = (shown(fault, 10.0, step_s=step_s) for step_s in (0.1, 0.4))
+    assert dense.gains(1.0).max() == pytest.approx(sparse.gains(1.0).max(), rel=0.1)
 
 
 def test_it_keeps_a_bounded_number_of_images():

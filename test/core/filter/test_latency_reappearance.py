@@ -32,8 +32,8 @@ def seen(sea):
     model = SimpleNamespace(white=np.zeros(6), pixel=1.0, nominal=np.zeros((7, 7)))
     found = Reappearance(model, MotionModel(0.0, SPEED_MPS))
 
-    def show(pixels, view, passed=STEP_S):
-        return found.update(sea.camera, np.array(pixels).reshape(-1, 2), passed, view)
+    def show(pixels, view, passed=STEP_S, level=1.0):
+        return found.update(sea.camera, np.array(pixels).reshape(-1, 2), passed, view, level)
 
     return show
 
@@ -45,6 +45,12 @@ def test_the_distance_is_that_of_what_the_camera_moved_too_much(seen):
     assert squared[0] == pytest.approx(0.0, abs=1e-9)
     assert squared[1] == pytest.approx((0.4 * METRE_PX) ** 2 / variance, rel=1e-6)
     np.testing.assert_allclose(size, 2.0 * math.log(variance))
+
+
+def test_noise_larger_than_stated_widens_what_is_expected(seen):
+    seen([MIDDLE], views(0.0))
+    squared, _ = seen([MIDDLE + np.array([30.0, 0.0])], views(0.0), level=50.0)
+    assert squared[0] == pytest.approx(900.0 / ((SPEED_MPS * STEP_S * METRE_PX) ** 2 + 100.0))
 
 
 def test_the_nearest_box_counts_and_far_ones_are_all_alike(seen):
