@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -67,6 +67,25 @@ class Expected:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """Apparent motion of a track that may be a reference that stays.
+
+    Attributes:
+        nats: log odds that it stays to that it is adrift, at most 0.
+        metres: by which it has moved, where these odds are lowest.
+        misfit: what other tracks are off by, one variance of each axis, if it stays: its motion is
+            then an error of the platform beyond the stated ones, m².
+    """
+
+    nats: float = 0.0
+    metres: float = 0.0
+    misfit: float = 0.0
+
+
+_NO_MOTION = Motion()
+
+
+@dataclass(frozen=True)
 class Candidate:
     """A reference and the tracks that it may be.
 
@@ -77,6 +96,7 @@ class Candidate:
         rows: the tracks.
         crowded: whether there are more tracks of its class than references.
         stays: whether it does not move.
+        motions: of its tracks, by row, as far as they are known.
     """
 
     name: str
@@ -85,6 +105,11 @@ class Candidate:
     rows: tuple[int, ...]
     crowded: bool = False
     stays: bool = False
+    motions: Mapping[int, Motion] = field(default_factory=dict)
+
+    def motion(self, row: int) -> Motion:
+        """Return the motion of a track; none if nothing is known of it."""
+        return self.motions.get(row, _NO_MOTION)
 
 
 def candidates_of(

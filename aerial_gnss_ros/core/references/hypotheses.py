@@ -63,7 +63,7 @@ def hypotheses(law: PositionLaw, candidates: list[Candidate]) -> list[Hypothesis
 
     Args:
         law: of the tracks, without references.
-        candidates: references, each with the tracks that it may be.
+        candidates: references, each with the tracks that it may be and what speaks against these.
     """
     choices = _choices(candidates)
     alone = {
@@ -85,6 +85,7 @@ def hypotheses(law: PositionLaw, candidates: list[Candidate]) -> list[Hypothesis
                 fits += math.log(share)
             else:
                 fits += math.log(1.0 - share) - alone[one.name, row]
+                fits += one.motion(row).nats
         found.append((fits, {one.name: row for one, row in pairs}))
     best = max(fits for fits, _ in found)
     total = sum(math.exp(fits - best) for fits, _ in found)

@@ -23,7 +23,8 @@ class ReferenceReportTuning:
     said_after_s: float = 2.0
     """Time after which a reference that is not used is reported, s. Judged."""
     not_it: float = 0.05
-    """Probability below which a track is called not the reference. Odds of 20 to 1."""
+    """Probability below which a track is called not the reference, and odds from which it is said
+    that it has moved. Odds of 20 to 1."""
 
 
 TUNING = ReferenceReportTuning()
@@ -75,14 +76,6 @@ class ReferenceReport:
             if (stamp_ns - since_ns) * 1e-9 >= TUNING.said_after_s:
                 self._say(one.name, self._refusal(one, found, links, law, tracks))
 
-    def note_moved(self, name: str, label: str, metres: float) -> None:
-        """Take in that a track, which was or might be a reference that stays, has moved."""
-        self._say(
-            name,
-            f"Reference {name} is not used: {label} has moved by {metres:.1f} m, which what has a "
-            "position cannot; give it a topic, or a radius_m.",
-        )
-
     def _say(self, name: str, sentence: str) -> None:
         kind = sentence.partition(":")[0]
         if self._said.get(name) != kind:
@@ -99,22 +92,38 @@ class ReferenceReport:
     ) -> str:
         """Return why a reference in view is not used."""
         begin = f"Reference {one.name} is not used"
-        likely = sum(other.probability for other in found if one.name in other.rows)
+        by_row: dict[int, float] = {}
+        for other in found:
+            if one.name in other.rows:
+                at = other.rows[one.name]
+                by_row[at] = by_row.get(at, 0.0) + other.probability
+        likely, likeliest = sum(by_row.values()), max(by_row.values(), default=0.0)
         distances = [
             (math.dist(law.mean[law.places([row])].tolist(), one.position.tolist()), row)
             for row in one.rows
         ]
         metres, row = min(distances)
         label = tracks[row].robot_id
-        if likely > 1.0 - TUNING.not_it:
+        motion = one.motion(row)
+        if motion.nats < math.log(TUNING.not_it):
+            return (
+                f"{begin}: {label} has moved by {motion.metres:.1f} m, which what has a position "
+                "cannot; give it a topic, or a radius_m."
+            )
+        if likely > 1.0 - TUNING.not_it > likeliest:
             return f"{begin}: it may be one of several of its class; give it a class of its own."
         own = law.places([row])
         sigma = math.sqrt(float(np.trace(law.covariance[np.ix_(own, own)] + one.spread)) / 2.0)
+        seen = (
+            f"{begin}: {label} is seen {metres:,.1f} m from where it should be (one sigma without "
+            f"references {sigma:.1f} m)"
+        )
+        if likely > 1.0 - TUNING.not_it:
+            return f"{seen}; it is used once that is more certain."
         others = ", ".join(sorted(links)) or "the receiver"
         if likely > TUNING.not_it:
             others = "the receiver or another reference"
         return (
-            f"{begin}: {label} is seen {metres:,.1f} m from where it should be (one sigma without "
-            f"references {sigma:.1f} m), which contradicts {others}; check the position, and "
-            f"which {tracks[row].class_id} it is."
+            f"{seen}, which contradicts {others}; check the position, and which "
+            f"{tracks[row].class_id} it is."
         )

@@ -129,7 +129,6 @@ class References:
         self._stamp_ns = stamp_ns
         self._moving = {one.name for one in expected if one.moves} | waiting
         found = candidates_of(expected, stamp_ns, tracks, self.links)
-        found = [self._stationary(one, tracks) if one.stays else one for one in found]
         self._candidates = with_crowding(found, expected)
         for name in [one for one in self.links if one not in self._candidates.keys() | waiting]:
             del self.links[name]
@@ -242,6 +241,10 @@ class References:
         candidates = [
             replace(one, rows=tuple(row for row in one.rows if row in inside)) for one in candidates
         ]
+        moved = self._stationarity.update(candidates, tracks, law, self._stamp_ns)
+        candidates = [
+            replace(one, motions=by_row) for one, by_row in zip(candidates, moved, strict=True)
+        ]
         found = hypotheses(law, candidates)
         for one in candidates:
             likely = _probabilities(one.name, found)
@@ -268,7 +271,10 @@ class References:
         candidates: list[Candidate],
         found: list[Hypothesis],
     ) -> Array | None:
-        """Return by how much (2, 2) the hypotheses not chosen widen all positions, m²."""
+        """Return by how much (2, 2) all positions are less certain than the chosen law has it, m².
+
+        By the hypotheses not chosen, and by errors of the platform that references show.
+        """
         pairs = self._pairs(tracks, True)
         if not pairs:
             return None
@@ -284,19 +290,12 @@ class References:
                 other = law.known(*_known(law, own))
             for drone in drones:
                 doubts[drone] += one.probability * _farther(chosen, other, drone)
-        largest: Array = max(doubts, key=np.trace)
-        return largest
-
-    def _stationary(self, one: Candidate, tracks: Sequence[NamedTrack]) -> Candidate:
-        """Return a reference that stays without tracks that have moved."""
-        kept, moved = self._stationarity.update(
-            one, tracks, self._law(list(one.rows)), self._stamp_ns
+        misfit = max(
+            (by_name[one.name].motion(row).misfit for one, row in pairs if one.name in by_name),
+            default=0.0,
         )
-        for label, distance in moved.items():
-            if self.links.get(one.name) == label or len(one.rows) == 1:
-                self.report.note_moved(one.name, label, distance)
-                self._unlink(one.name)
-        return kept
+        largest: Array = max(doubts, key=np.trace) + misfit * np.eye(2)
+        return largest
 
     def _pairs(self, tracks: Sequence[NamedTrack], now: bool) -> list[tuple[Candidate, int]]:
         """Return used references with the rows of their tracks.

@@ -1,15 +1,18 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Test of whether a track has moved, relative to a reference that stays.
+"""Evidence that a track has moved and so is no reference that stays.
 
-The distance between track and reference contains the receiver's offset, so it may change as that
-offset drifts, by the errors of the boxes, and by the covariance of the reference; a larger change
-is motion.
+Errors of the platform displace all tracks alike, so what the other tracks did in the same time
+tells them from motion: displaced like the reference, they speak for an error; left where they were,
+for a thing adrift. How large such errors are is known roughly only (a latency or a compass that is
+still to be found out), so their law has long tails (Student). Errors pass: only the last
+`TUNING.window_s` count, and a track that stays from then on may be the reference again.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -17,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.models.platform_model import COUNT
-from aerial_gnss_ros.core.references.candidates import Candidate, NamedTrack
+from aerial_gnss_ros.core.references.candidates import Candidate, Motion, NamedTrack
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 from aerial_gnss_ros.core.references.source import Source
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -30,32 +34,57 @@ class StationarityTuning:
 
     apparent_m: float = 0.3
     """Apparent motion of what stays, by errors of its boxes, one sigma, m. Judged."""
-    gate_sigmas: float = 3.0
-    """A track that has moved by more is not what stays. Judged."""
+    window_s: float = 20.0
+    """Time within which motion is looked for, s. Judged."""
+    every_s: float = 1.0
+    """How often places are kept, s. Judged."""
+    swim_mps: float = 0.3
+    """Velocity of what has come loose, and of other robots, one sigma of each axis, m/s. Judged."""
+    unlike: float = 0.3
+    """Part of a common displacement by which tracks differ: a camera that turns displaces what is
+    far off by more. Judged."""
+    misfit: float = 0.15
+    """Part of the reference's displacement by errors that are not stated, by which other tracks are
+    off while it is used. Judged."""
+    others_swim: float = 0.5
+    """Share of tracks that swim where others are of the reference's class. Judged."""
+    adrift: float = 0.1
+    """Share of references that are adrift, of those that are not where they are said to be: most of
+    these are mistyped. Judged."""
+    freedom: float = 4.0
+    """Degrees of freedom of the platform's errors: how roughly their sizes are known. Judged."""
 
 
 TUNING = StationarityTuning()
 
 
 @dataclass(frozen=True)
-class _FirstSeen:
-    """A track relative to a reference when both were first compared.
+class _Glimpse:
+    """Where tracks and references were at one time.
 
     Attributes:
-        apart: (2,) from track to reference, m.
-        variance: of the track's position beyond a receiver's offset, m².
+        stamp_ns: of the image, ns.
+        places: (n, 2) of the tracks in view, m.
+        variances: (n,) of these beyond a receiver's offset, m².
+        rows: label of each, with its row in the two above.
+        expected: where the box of each reference should be, m.
         receivers: (2 N,) variances of the receivers' offsets, m².
-        stamp_ns: of that image, ns.
+        by_errors: (n, 2, 7 N) derivatives of the places by the platforms' errors (regression).
+        errors: (7 N, 7 N) covariance of these.
     """
 
-    apart: Array
-    variance: float
-    receivers: Array
     stamp_ns: int
+    places: Array
+    variances: Array
+    rows: dict[str, int]
+    expected: dict[str, Array]
+    receivers: Array
+    by_errors: Array
+    errors: Array
 
 
 class StationarityTest:
-    """Excludes the tracks that have moved since they were first compared with a reference.
+    """Weighs whether tracks that may be references have moved lately.
 
     Args:
         source: what is estimated without references.
@@ -63,71 +92,166 @@ class StationarityTest:
 
     def __init__(self, source: Source) -> None:
         self._source = source
-        self._first: dict[tuple[str, str], _FirstSeen] = {}
-        self._moved: set[tuple[str, str]] = set()
+        self._kept: deque[_Glimpse] = deque()
         self._accepted_jumps = np.zeros(2)
 
     def forget(self, name: str) -> None:
         """Restart the test of a reference whose position has changed."""
-        self._first = {pair: one for pair, one in self._first.items() if pair[0] != name}
-        self._moved = {pair for pair in self._moved if pair[0] != name}
+        for glimpse in self._kept:
+            glimpse.expected.pop(name, None)
 
     def restart(self) -> None:
         """Compare from now on: another calibration has moved the tracks."""
-        self._first.clear()
+        self._kept.clear()
 
     def update(
-        self, one: Candidate, tracks: Sequence[NamedTrack], law: PositionLaw, stamp_ns: int
-    ) -> tuple[Candidate, dict[str, float]]:
-        """Return a reference without tracks that have moved, and by how much each newly did, m.
+        self,
+        candidates: Sequence[Candidate],
+        tracks: Sequence[NamedTrack],
+        law: PositionLaw,
+        stamp_ns: int,
+    ) -> list[dict[int, Motion]]:
+        """Return the apparent motions of each reference's tracks, by row.
 
         Args:
-            one: a reference that stays.
+            candidates: references, with the tracks that each may be.
             tracks: by row of the filter.
-            law: of the tracks that it may be.
+            law: of these tracks.
             stamp_ns: of the image, ns.
         """
         believed = self._source.believed
         if not np.array_equal(self._accepted_jumps, believed):
             self._accepted_jumps = believed.copy()
-            self._first.clear()
-        inside, kept, moved = law.rows.tolist(), list[int](), dict[str, float]()
-        for row in one.rows:
-            pair = one.name, tracks[row].robot_id
-            if row not in inside or pair in self._moved:
-                continue
-            now = _compared(one, law, row, stamp_ns)
-            first = self._first.setdefault(pair, now)
-            distance = math.dist(now.apart, first.apart)
-            if distance**2 > TUNING.gate_sigmas**2 * self._variance(one, first, now):
-                self._moved.add(pair)
-                moved[pair[1]] = distance
-            else:
-                kept.append(row)
-        return replace(one, rows=tuple(kept)), moved
+            self._kept.clear()
+        now = _glimpse(candidates, tracks, law, stamp_ns)
+        while self._kept and stamp_ns - self._kept[0].stamp_ns > TUNING.window_s * 1e9:
+            self._kept.popleft()
+        count = len(self._kept)
+        # A long time shows slow motion, a shorter one that of what has turned back.
+        lags = {count * share // 4 for share in range(4)} if count else set()
+        found: list[dict[int, Motion]] = []
+        for one in candidates:
+            motions = dict[int, Motion]()
+            for lag in sorted(lags) if one.stays else ():
+                for row, motion in self._motions(one, tracks, self._kept[lag], now).items():
+                    motions[row] = _worse(motions.get(row, Motion()), motion)
+            found.append(motions)
+        if not self._kept or stamp_ns - self._kept[-1].stamp_ns >= TUNING.every_s * 1e9:
+            self._kept.append(now)
+        return found
 
-    def _variance(self, one: Candidate, first: _FirstSeen, now: _FirstSeen) -> float:
-        """Return the variance of a motionless track's apparent motion, m².
+    def _motions(
+        self, one: Candidate, tracks: Sequence[NamedTrack], then: _Glimpse, now: _Glimpse
+    ) -> dict[int, Motion]:
+        """Return the motions of a reference's tracks since a former image.
+
+        What was unknown of a track's place then, and is known now, has moved it by as much.
+        """
+        common = [label for label in now.rows if label in then.rows]
+        of_label = {label: i for i, label in enumerate(common)}
+        rows = [row for row in one.rows if tracks[row].robot_id in of_label]
+        if not rows or one.name not in then.expected:
+            return {}
+        mine, theirs = [now.rows[label] for label in common], [then.rows[label] for label in common]
+        shifts = now.places[mine] - then.places[theirs]
+        learnt = np.maximum(then.variances[theirs] - now.variances[mine], 0.0)
+        # Errors that last displace otherwise what is seen from another side.
+        otherwise = now.by_errors[mine] - then.by_errors[theirs]
+        aside = 0.5 * np.einsum("nij,jk,nik->n", otherwise, now.errors, otherwise)
+        own, platform = learnt + aside + TUNING.apparent_m**2, self._platform(then, now)
+        swum = (TUNING.swim_mps * (now.stamp_ns - then.stamp_ns) * 1e-9) ** 2
+        slots = [of_label[tracks[row].robot_id] for row in rows]
+        apart = shifts[slots] - (now.expected[one.name] - then.expected[one.name])
+        squared: Array = (apart**2).sum(axis=1)
+        total = platform + own[slots] + float(one.spread.max())
+        stays = -(0.5 * TUNING.freedom + 1.0) * np.log1p(squared / (TUNING.freedom * total))
+        adrift = -np.log1p(swum / total) - 0.5 * squared / (total + swum)
+        alike = own[slots] + TUNING.unlike**2 * squared
+        others = np.arange(len(common)) != np.array(slots)[:, None]
+        nats = stays - adrift + _log_others(shifts - apart[:, None], own, alike, swum, others)
+        nats = nats - _log_others(shifts[None], own, np.array([platform]), swum, others)
+        share = TUNING.others_swim if one.crowded else TUNING.adrift
+        against = -np.logaddexp(math.log(1.0 - share), math.log(share) - nats)
+        misfit = TUNING.misfit**2 * np.maximum(0.5 * squared - total, 0.0)
+        motions = map(Motion, against.tolist(), np.sqrt(squared).tolist(), misfit.tolist())
+        return dict(zip(rows, motions, strict=True))
+
+    def _platform(self, then: _Glimpse, now: _Glimpse) -> float:
+        """Return the variance of a displacement by the receivers' offsets on each axis, m².
 
         The drift of a receiver's offset is Gauss-Markov: 2 (1 - exp(-t/tau)) of its variance. Where
         another drone has told of that offset, it has moved by what is not unknown any more.
         """
-        keep = self._source.decay((now.stamp_ns - first.stamp_ns) * 1e-9)
+        keep = self._source.decay((now.stamp_ns - then.stamp_ns) * 1e-9)
         firsts = np.arange(0, len(keep), COUNT)
-        lasting = float(keep[firsts].min())
-        drift = (
-            2.0
-            * (1.0 - lasting)
-            * max(float(self._source.stationary[k : k + 2, k : k + 2].max()) for k in firsts)
-        )
-        told = max(float((first.receivers - now.receivers).max()), 0.0)
-        return drift + first.variance + told + float(one.spread.max()) + TUNING.apparent_m**2
+        variance = max(float(self._source.stationary[k : k + 2, k : k + 2].max()) for k in firsts)
+        told = max(float((then.receivers - now.receivers).max()), 0.0)
+        return 2.0 * (1.0 - float(keep[firsts].min())) * variance + told
 
 
-def _compared(one: Candidate, law: PositionLaw, row: int, stamp_ns: int) -> _FirstSeen:
-    """Return a track relative to a reference."""
-    own, variances = law.places([row]), law.covariance.diagonal()
-    receivers = variances[law.receivers]
+def _glimpse(
+    candidates: Sequence[Candidate], tracks: Sequence[NamedTrack], law: PositionLaw, stamp_ns: int
+) -> _Glimpse:
+    """Return where a law's tracks in view, and references, are."""
+    slots = [
+        slot for slot, row in enumerate(law.rows.tolist())
+        if tracks[row].robot_id and tracks[row].last_seen_ns == stamp_ns
+    ]  # fmt: skip
+    first, diagonal = law.errors, law.covariance.diagonal()
+    receivers = diagonal[law.receivers]
     least = float(receivers.reshape(-1, 2).max(axis=1).min())
-    variance = max(float(variances[own].max()) - least, 0.0)
-    return _FirstSeen(one.position - law.mean[own], variance, receivers, stamp_ns)
+    variances = diagonal[first:].reshape(-1, 4)[slots, :2].max(axis=1, initial=0.0)
+    return _Glimpse(
+        stamp_ns,
+        law.mean[first:].reshape(-1, 4)[slots, :2],
+        np.maximum(variances - least, 0.0),
+        {tracks[int(law.rows[slot])].robot_id: i for i, slot in enumerate(slots)},
+        {one.name: one.position for one in candidates},
+        receivers,
+        _by_errors(law)[slots],
+        law.covariance[:first, :first].copy(),
+    )
+
+
+def _by_errors(law: PositionLaw) -> Array:
+    """Return derivatives (n, 2, 7 N) of a law's robots by the platforms' errors (regression)."""
+    first = law.errors
+    scale = np.sqrt(law.covariance.diagonal()[:first])
+    scale = np.where(scale > 0.0, scale, 1.0)  # metres and radians: comparable once divided by it
+    errors = law.covariance[:first, :first] / np.outer(scale, scale)
+    cross = law.covariance[first:, :first].reshape(-1, 4, first)[:, :2]
+    found: Array = cross / scale @ np.linalg.pinv(errors, hermitian=True) / scale
+    return found
+
+
+def _worse(one: Motion, other: Motion) -> Motion:
+    """Return what either of two motions of a track says against it."""
+    lower = other if other.nats < one.nats else one
+    return replace(lower, misfit=max(one.misfit, other.misfit))
+
+
+def _log_others(apart: Array, own: Array, alike: Array, swum: float, others: Flags) -> Array:
+    """Return the log density (m,) of what n tracks did, given the displacement of all of them.
+
+    Either each stays or swims by itself, or all drift with one current.
+
+    Args:
+        apart: (m, n, 2) or (1, n, 2) by which they were displaced otherwise, m.
+        own: (n,) variances of that, each for itself, m².
+        alike: (m,) or (1,) variance in common, m².
+        swum: variance of how far what swims or drifts has come, m².
+        others: (m, n) which of them count.
+    """
+    squared, each = (apart**2).sum(axis=-1), own + alike[:, None]
+    both = [-np.log(total) - 0.5 * squared / total for total in (each, each + swum)]
+    alone = np.where(others, np.logaddexp(*both) - math.log(2.0), 0.0).sum(axis=1)
+    count = np.maximum(others.sum(axis=1), 1)
+    mean = np.where(others[:, :, None], apart, 0.0).sum(axis=1) / count[:, None]
+    spread = np.where(others, own, 0.0).sum(axis=1) / count
+    spread = np.where(spread > 0.0, spread, 1.0)
+    scatter = np.where(others, ((apart - mean[:, None]) ** 2).sum(axis=-1), 0.0).sum(axis=1)
+    total = spread / count + alike + swum
+    drift = -np.log(total) - 0.5 * (mean**2).sum(axis=-1) / total
+    drift = drift - (count - 1) * np.log(spread) - np.log(count) - 0.5 * scatter / spread
+    together: Array = np.logaddexp(alone, drift)
+    return np.where(others.any(axis=1), together, 0.0)

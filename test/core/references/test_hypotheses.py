@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.models.platform_model import COUNT
-from aerial_gnss_ros.core.references.candidates import Candidate
+from aerial_gnss_ros.core.references.candidates import Candidate, Motion
 from aerial_gnss_ros.core.references.hypotheses import TUNING, hypotheses
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 
@@ -60,6 +60,14 @@ def test_odds_are_those_of_bayes_rule():
     ratio = far / near * np.exp(-0.5 * 2.5**2 * (1.0 / near - 1.0 / far))
     odds = ratio * (1.0 - TUNING.wrong_share) / TUNING.wrong_share
     assert probability(found, a=0) / probability(found) == pytest.approx(odds)
+
+
+def test_motion_counts_against_a_track_by_its_odds():
+    pier = at("a", (1, 0), (0,))
+    stays = hypotheses(law([(0, 0)]), [pier])
+    moved = hypotheses(law([(0, 0)]), [replace(pier, motions={0: Motion(-4.0, 2.0)})])
+    before, after = (probability(one, a=0) / probability(one) for one in (stays, moved))
+    assert after == pytest.approx(before * np.exp(-4.0))
 
 
 def test_two_tracks_alike_are_left_open():

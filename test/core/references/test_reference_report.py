@@ -4,11 +4,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.models.platform_model import COUNT
-from aerial_gnss_ros.core.references.candidates import Candidate
+from aerial_gnss_ros.core.references.candidates import Candidate, Motion
 from aerial_gnss_ros.core.references.hypotheses import Hypothesis
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 from aerial_gnss_ros.core.references.reference_report import TUNING, ReferenceReport
@@ -53,6 +56,24 @@ def test_one_of_several_alike_is_said_to_be_that():
     either = [Hypothesis({"pier": 0}, 0.5), Hypothesis({"pier": 1}, 0.5)]
     (sentence,) = said(log, ReferenceReport(log), [0.0, 5.0], either)
     assert sentence.endswith("it may be one of several of its class; give it a class of its own.")
+
+
+def test_one_that_is_alone_but_far_off_is_not_said_to_be_one_of_several():
+    log = Events()
+    rather = [Hypothesis({"pier": 0}, 0.98), Hypothesis({}, 0.02)]
+    (sentence,) = said(log, ReferenceReport(log), [0.0, 5.0], rather)
+    assert sentence.endswith("references 2.0 m); it is used once that is more certain.")
+
+
+@pytest.mark.parametrize(("nats", "words"), [(-3.1, "has moved by 4.5 m"), (-2.9, "is seen 10.0")])
+def test_one_that_has_moved_is_said_to_have(nats, words):
+    log = Events()
+    moved = replace(PIER, motions={0: Motion(nats, 4.5)})
+    report = ReferenceReport(log)
+    for t in (0, 3):
+        report.update(t * 10**9, [moved], [Hypothesis({}, 1.0)], {}, LAW, TRACKS)
+    (sentence,) = log.drain()
+    assert f"beacon_1 {words}" in sentence
 
 
 def test_one_that_is_used_is_said_once_and_again_after_a_pause():

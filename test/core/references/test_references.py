@@ -230,3 +230,18 @@ def test_a_point_that_moves_is_none_and_that_is_said(sea):
     assert "Reference pier is not used: beacon_1 has moved by " in said[1]
     assert error(last(results), ROBOTS["aqua"](0)) == pytest.approx(math.hypot(*OFF), abs=0.4)
     assert last(results).sigma > 1.2
+
+
+def test_a_receiver_that_wanders_is_no_motion_of_the_point(sea):
+    """By 2.6 m within 4 s, which its stated correlation time hardly allows; all seem to move."""
+
+    def wanders(place):
+        return lambda t: (place[0] - 0.65 * min(max(t - 5.0, 0.0), 4.0), place[1])
+
+    places = {"aqua": ROBOTS["aqua"](0), "beacon": PIER, "aqua_b": (0.0, 16.0)}
+    robots = {name: wanders(place) for name, place in places.items()}
+    engine, results = fly(sea, pier(), 16.0, robots=robots)
+    assert [one for one in engine.events if "pier" in one] == [
+        "Reference pier is beacon_1: positions refer to it."
+    ]
+    assert error(last(results), ROBOTS["aqua"](0)) < 0.3
