@@ -10,7 +10,7 @@ further robots to the platform's errors is lost. The cost is linear in the numbe
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,7 @@ from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
 Array = NDArray[np.float64]
+Turned = Callable[[Array, Array], dict[int, Array]]
 
 
 @dataclass(frozen=True)
@@ -120,12 +121,34 @@ class StateBlocks:
             check_covariance(group.covariance, "robots and platform")
             check_robots(group.mean[COUNT:].reshape(-1, 4), "robots")
 
-    def add_fault_covariances(self, covariance: Array) -> None:
-        """Inflate covariances (n, 4, 4) of all robots by a possible rotation of the camera."""
+    def add_fault_covariances(self, covariance: Array, turned: Turned | None = None) -> None:
+        """Inflate covariances (n, 4, 4) of all robots by a possible rotation of the camera.
+
+        Args:
+            covariance: of the robots, changed in place.
+            turned: returns what it leaves uncertain of robots (2, 2), by row, from derivatives by
+                the angles (n, 2, 3) and the covariance of these (3, 3).
+        """
         if self.rotation_fault.doubted or self.ambiguity.active:
+            less = (
+                {} if turned is None else turned(self._by_angles(), self.rotation_fault.covariance)
+            )
             for group in self._groups:
-                covariance[group.rows, :2, :2] += group.velocity_changes.position_covariances
+                places = group.velocity_changes.position_covariances.copy()
+                for slot in np.flatnonzero(group.unseen == 0.0).tolist() if less else ():
+                    left = less.get(int(group.rows[slot]), places[slot])
+                    left = left + self.ambiguity.apart * np.eye(2)
+                    if np.trace(left) < np.trace(places[slot]):
+                        places[slot] = left
+                covariance[group.rows, :2, :2] += places
                 covariance[group.rows, 2:, 2:] += group.velocity_changes.velocity_covariances
+
+    def _by_angles(self) -> Array:
+        """Return derivatives (n, 2, 3) of all robots' positions by the platform's angles, m/rad."""
+        found = np.zeros((self._count, 2, 3))
+        for group in self._groups:
+            found[group.rows] = by_angles(group, np.arange(len(group)))
+        return found
 
     def allocate(self, columns: Indices) -> Iterator[tuple[JointState, Indices, Indices]]:
         """Allocate rows for robots after the present ones.

@@ -111,6 +111,32 @@ class PositionLaw:
         mean = self.mean + (positions.ravel() - self.mean[own]) @ gain
         return PositionLaw(self.rows, mean, self.covariance - cross.T @ gain)
 
+    def turned(
+        self, rows: list[int], positions: Array, spread: Array, by_angles: Array, angles: Array
+    ) -> Array:
+        """Return how uncertain (n, 2, 2) a rotation of the camera leaves robots, m².
+
+        It displaces those of known position, too, so that it is known but for what they do not
+        show. About the mean of `known`, which takes that for another error.
+
+        Args:
+            rows: k robots whose positions are known.
+            positions: (k, 2) East, North, m.
+            spread: (k, 2, 2) covariances of these, m².
+            by_angles: (m, 2, 3) derivatives of all robots' positions by the angles, m/rad.
+            angles: (3, 3) covariance of the rotation, rad².
+        """
+        own, everyone = self.places(rows), self.places(self.rows.tolist())
+        total = self.covariance[np.ix_(own, own)] + blocks_apart(spread)
+        moved = by_angles[rows].reshape(-1, 3)
+        gain = np.linalg.solve(moved @ angles @ moved.T + total, moved @ angles).T
+        angle = gain @ (positions.ravel() - self.mean[own])
+        left = angles - gain @ moved @ angles + np.outer(angle, angle)
+        followed = self.covariance[np.ix_(everyone, own)] @ np.linalg.solve(total, moved)
+        apart = by_angles[self.rows] - followed.reshape(-1, 2, 3)
+        found: Array = apart @ left @ apart.swapaxes(1, 2)
+        return found
+
     def knowledge(self, rows: list[int], positions: Array, spread: Array) -> PlatformKnowledge:
         """Return what known positions of robots show of the platform's errors.
 

@@ -203,6 +203,22 @@ class References:
             blocks[:, :2, :2] += self._doubt
         return mean, blocks
 
+    def turned(self, by_angles: Array, angles: Array) -> dict[int, Array]:
+        """Return how uncertain (2, 2) a rotation of the camera leaves robots, by row, m².
+
+        Robots are missing where no reference is in view.
+
+        Args:
+            by_angles: (n, 2, 3) derivatives of all robots' positions by the angles, m/rad.
+            angles: (3, 3) covariance of the rotation, rad².
+        """
+        law = self._law([row for _, row in self._in_view])
+        known = _known(law, self._in_view)
+        if not known[0]:
+            return {}
+        found = law.turned(*known, by_angles, angles)
+        return dict(zip(law.rows.tolist(), found, strict=True))
+
     def _corrected(self, tracks: Sequence[NamedTrack], stamp_ns: int) -> _Correction | None:
         """Return the law by references in view or by those that were, None: there are none.
 

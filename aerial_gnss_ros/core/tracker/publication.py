@@ -55,7 +55,8 @@ def published(
     told = None
     if references is not None:
         told = references.apply(table.tracks, mean, covariance, stamp_ns)
-    joint.add_fault_covariances(covariance)
+    seen = None if told is None or references is None else references.turned
+    joint.add_fault_covariances(covariance, seen)
     if joint.moored is not None and fork is None:
         by_law = () if told is None or references is None else (references.published,)
         joint.moored.publish(joint.groups, mean, covariance, *by_law)

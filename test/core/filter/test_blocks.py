@@ -135,3 +135,20 @@ def test_given_the_platform_s_errors_only_the_robots_own_part_is_left(heading, m
         group.add(rows, np.zeros((len(rows), 2)), by_errors[taken], own[taken], 0.5)
     assert groups.moments()[1][:, 0, 0].min() > 3.0
     assert groups.given_platform() == pytest.approx(own)
+
+
+def test_a_rotation_leaves_robots_in_view_as_uncertain_as_references_tell(five, monkeypatch):
+    """Its 4 m² become what is told where that is less; one out of view keeps them."""
+    monkeypatch.setattr(blocks, "by_angles", lambda _group, slots: np.zeros((len(slots), 2, 3)))
+    five.rotation_fault.doubted = True
+    for group in five._groups:
+        group.velocity_changes.position_covariances[:] = 4.0 * np.eye(2)
+    five._groups[2].unseen[0] = 1.0
+    told = {0: 1.0 * np.eye(2), 2: 9.0 * np.eye(2), 4: 1.0 * np.eye(2)}
+    widened = np.zeros((5, 4, 4))
+    five.add_fault_covariances(widened, lambda _by_angles, _angles: told)
+    assert widened[:, 0, 0].tolist() == [1.0, 4.0, 4.0, 4.0, 4.0]
+    assert five._groups[0].velocity_changes.position_covariances[0, 0, 0] == 4.0
+    alone = np.zeros((5, 4, 4))
+    five.add_fault_covariances(alone)
+    assert alone[:, 1, 1].tolist() == [4.0] * 5

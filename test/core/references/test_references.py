@@ -6,12 +6,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.models.platform_model import COUNT
+from aerial_gnss_ros.core.references.candidates import Candidate
+from aerial_gnss_ros.core.references.position_law import PositionLaw
+from aerial_gnss_ros.core.references.references import References
 from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.samples import Fix
 
 OFF = (1.5, -1.1)
@@ -245,3 +251,26 @@ def test_a_receiver_that_wanders_is_no_motion_of_the_point(sea):
         "Reference pier is beacon_1: positions refer to it."
     ]
     assert error(last(results), ROBOTS["aqua"](0)) < 0.3
+
+
+def test_a_rotation_is_known_but_for_what_the_references_do_not_show():
+    """The conditional normal law of positions and angles together, about the published mean."""
+    rng = np.random.default_rng(5)
+    root = 0.3 * rng.standard_normal((COUNT + 8, COUNT + 8))
+    law = PositionLaw(np.arange(2), rng.standard_normal(COUNT + 8), root @ root.T)
+    place, spread = np.array([1.0, 2.0]), 0.05**2 * np.eye(2)
+    references = References(SimpleNamespace(laws=[law]), Events())
+    by_angles, angles = 10.0 * rng.standard_normal((2, 2, 3)), np.diag([0.1, 0.2, 0.05])
+    assert references.turned(by_angles, angles) == {}
+    references._in_view = [(Candidate("pier", place, spread, (0,)), 0)]
+    found = references.turned(by_angles, angles)
+    own = law.places([0, 1])
+    moved = by_angles.reshape(4, 3)
+    wide = law.covariance[np.ix_(own, own)] + moved @ angles @ moved.T
+    gain = wide[:, :2] @ np.linalg.inv(wide[:2, :2] + spread)
+    mean = law.mean[own] + gain @ (place - law.mean[own[:2]])
+    covariance = wide - gain @ wide[:2]
+    states, blocks = law.known([0], place[None], spread[None]).states()
+    apart = mean[2:] - states[1, :2]
+    expected = covariance[2:, 2:] + np.outer(apart, apart) - blocks[1, :2, :2]
+    assert found[1] == pytest.approx(expected)

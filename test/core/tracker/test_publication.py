@@ -26,7 +26,7 @@ def table(*labels):
     mean[:, 1] = 10.0 * np.arange(len(labels))
     joint = SimpleNamespace(
         moments=lambda: (mean.copy(), np.tile(np.eye(4), (len(labels), 1, 1))),
-        add_fault_covariances=lambda _: None,
+        add_fault_covariances=lambda *_: None,
         platform=(np.arange(7.0), np.diag([4.0, *[0.0] * 6])),
     )
     joint.moored, joint.groups = SimpleNamespace(publish=lambda *_: None), []
@@ -60,8 +60,11 @@ def test_references_move_robots_and_the_receiver_s_offset():
         covariance[:, 0, 0] = 0.25
         return np.full(7, 5.0), np.diag([0.25, *[0.0] * 6])
 
-    known = SimpleNamespace(apply=apply, published=None)
-    found, platform = published(table("aqua_1"), CERTAIN, None, known, LOCAL, 0.0, 7)
+    known, told = SimpleNamespace(apply=apply, published=None, turned=lambda *_: {}), []
+    seen = table("aqua_1")
+    seen.filter.add_fault_covariances = lambda _, turned: told.append(turned)
+    found, platform = published(seen, CERTAIN, None, known, LOCAL, 0.0, 7)
+    assert told == [known.turned]
     assert found[0].position.tolist() == [5.0, 0.0]
     assert found[0].covariance[0, 0] == 0.25
     assert [(one.name, one.value, one.sigma) for one in platform] == [("gnss_east", 5.0, 0.5)]
