@@ -30,9 +30,6 @@ class AssignmentTuning:
 
     near_gate_radii: float = 3.0
     """Radius of the neighbourhood of a gate, as a multiple of the gate's radius. Judged."""
-    clear_ratio: float = 20.0
-    """Likelihood ratio of two robots above which a new track is one of them and not the other: 20
-    to 1, as everywhere."""
 
 
 TUNING = AssignmentTuning()

@@ -10,9 +10,6 @@ rotation.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-
 import numpy as np
 
 from aerial_gnss_ros.core.association.assignment import lone
@@ -20,20 +17,9 @@ from aerial_gnss_ros.core.association.gating import CandidatePairs
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.motion_model import manoeuvre_covariance
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
-
-
-@dataclass(frozen=True)
-class CoherenceTuning:
-    """Chosen numbers of this module, with their units and where they come from."""
-
-    swerve_nats: float = math.log(20.0)
-    """Log odds of manoeuvres against a rotation of the camera above which an image is used in which
-    most robots are outside their gates: 20 to 1, as everywhere."""
-
-
-TUNING = CoherenceTuning()
 
 
 def swerves(
@@ -66,7 +52,7 @@ def swerves(
     both = own + chosen
     variances = 0.5 * np.trace(pairs.spread[both], axis1=1, axis2=2)
     turned = joint.turned_by(pairs.rows[both], pairs.offsets[both], variances)
-    return len(own) if turned < -TUNING.swerve_nats else 0
+    return len(own) if turned < -CLEAR_NATS else 0
 
 
 def turns(joint: JointFilter, tracks: list[Track], rows: list[int]) -> bool:

@@ -4,10 +4,8 @@
 
 from __future__ import annotations
 
-import math
-
-from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 
 
@@ -38,7 +36,7 @@ def without_disputed(
     for k in list(chosen):
         if stamp_ns - tracks[rows[k]].last_seen_ns <= MOTION_MODEL.held_s * 1e9:
             continue
-        least = log[k] - math.log(ASSIGNMENT.clear_ratio)
+        least = log[k] - CLEAR_NATS
         if any(
             log[i] > least and columns[i] == columns[k] and not kind[row]
             and tracks[row].robot_id and tracks[row].class_id == tracks[rows[k]].class_id

@@ -10,6 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.models.evidence import TUNING as EVIDENCE
+from aerial_gnss_ros.core.models.evidence import UNCLEAR
+
 Array = NDArray[np.float64]
 
 
@@ -17,12 +20,8 @@ Array = NDArray[np.float64]
 class ImageLabelsTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    least_label_probability: float = 1e-3
-    """Probability below which a label is dropped. Judged."""
     unmodelled_probability: float = 0.01
     """Probability that links fail in a way not modelled. Judged."""
-    clearly: float = 0.95
-    """Probability above which a detection is clearly one robot. Judged."""
 
 
 TUNING = ImageLabelsTuning()
@@ -45,10 +44,7 @@ class LabelEvidence(NamedTuple):
 
     def contradicts(self, name: str) -> bool:
         """Return whether the detection is clearly another one of the tracked robots."""
-        return (
-            self.names.get(name, 1.0) < 1.0 - TUNING.clearly
-            and max(self.names.values()) > TUNING.clearly
-        )
+        return self.names.get(name, 1.0) < UNCLEAR and max(self.names.values()) > 1.0 - UNCLEAR
 
 
 NO_EVIDENCE = LabelEvidence({}, 1.0)
@@ -100,7 +96,7 @@ def once_each(
     for name in known:
         lost = max(0.0, 1.0 - sum(one.names.get(name, 0.0) for one in points))
         factors[name] = 1.0 / max(
-            lost + sum(one.get(name, 0.0) for one in found), TUNING.least_label_probability
+            lost + sum(one.get(name, 0.0) for one in found), EVIDENCE.forgotten
         )
     return factors
 
@@ -122,4 +118,4 @@ def labels_of(points: list[Point], known: tuple[str, ...]) -> dict[int, LabelEvi
 def scaled(names: dict[str, float], factors: dict[str, float]) -> dict[str, float]:
     """Return probabilities times a factor for each label, without negligible ones."""
     scaled = {name: p * factors[name] for name, p in names.items()}
-    return {name: p for name, p in scaled.items() if p > TUNING.least_label_probability}
+    return {name: p for name, p in scaled.items() if p > EVIDENCE.forgotten}

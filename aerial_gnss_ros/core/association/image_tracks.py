@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.image_history import Seen, detection_rates
-from aerial_gnss_ros.core.association.image_labels import TUNING as IMAGE_LABELS
 from aerial_gnss_ros.core.association.image_labels import (
     LabelEvidence,
     Point,
@@ -39,6 +38,7 @@ from aerial_gnss_ros.core.association.image_motion import (
 )
 from aerial_gnss_ros.core.association.image_motion import TUNING as IMAGE_MOTION
 from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.models.evidence import TUNING as EVIDENCE
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
 Array = NDArray[np.float64]
@@ -257,7 +257,7 @@ class ImageTracks:
             left *= (1.0 - detected) / (1.0 - detected * one.there)
             x, y = after[i].tolist()
             gone = self._stamp_ns - one.seen_ns > patience_ns or not in_picture(x, y, camera)
-            if gone or left * one.there < IMAGE_LABELS.least_label_probability:
+            if gone or left * one.there < EVIDENCE.forgotten:
                 continue
             unsure = 0.5 * float(np.trace(by[i] @ linked.motion.covariance @ by[i].T))
             found.append(one._replace(

@@ -20,6 +20,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.models.evidence import TUNING as EVIDENCE
+
 Array = NDArray[np.float64]
 
 
@@ -29,9 +31,6 @@ class AttitudeAmbiguityTuning:
 
     turn_rate_radps: float = math.radians(20.0)
     """Turn rate of a camera whose boxes fit no robot, one sigma, each axis, rad/s. Judged."""
-    negligible_probability: float = 1e-3
-    """Probability below which an episode adds nothing to covariances. It would add less than 3 % to
-    a sigma."""
     already_s: float = 0.3
     """Time for which a rotation has lasted when it is noticed, s. Judged."""
     back_rad: float = math.radians(3.0)
@@ -65,7 +64,7 @@ class Episode:
     def covariance(self) -> Array:
         """(3, 3) covariance of the angles, rad²."""
         share = 1.0 if self.odds is None else 0.5 + 0.5 * math.tanh(0.5 * self.odds)
-        return share * self.spread if share > TUNING.negligible_probability else 0.0 * self.spread
+        return share * self.spread if share > EVIDENCE.forgotten else 0.0 * self.spread
 
     def update_odds(self, nats: float) -> None:
         """Add evidence that D applies, as a log likelihood ratio."""

@@ -10,13 +10,13 @@ the wrong description, and is recognised by lasting longer than a fault.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.values.events import Events
 
 
@@ -24,11 +24,6 @@ from aerial_gnss_ros.core.values.events import Events
 class CameraChangeTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    clear_nats: float = math.log(20.0)
-    """Log odds by which boxes must fit one description better, so that it is used alone: 20 to 1,
-    as everywhere."""
-    most_nats: float = 2.0 * math.log(20.0)
-    """Bound of the log odds, nats: errors of consecutive images are alike. Judged."""
     corrected_s: float = 10.0
     """Time after which a new description counts as a correction, s: that of a height
     (`limits.height_settle_s`). Judged."""
@@ -66,17 +61,18 @@ class CameraChange:
             return self._use(given)
         self._since_ns = stamp_ns if self._since_ns is None else self._since_ns
         if not 0 <= stamp_ns - self._since_ns < TUNING.corrected_s * 1e9:
-            if self._against > TUNING.clear_nats:
+            if self._against > CLEAR_NATS:
                 self._log.add(
                     f"The camera's description has been different for {TUNING.corrected_s:.0f} s "
                     "and is used from now on, although boxes fitted the previous one."
                 )
             return self._use(given)
         against = self._against + misfit(given) - misfit(known)
-        self._against = min(against, TUNING.most_nats)
-        if against < -TUNING.clear_nats:
+        # Errors of consecutive images are alike, so that their sum is bounded.
+        self._against = min(against, 2.0 * CLEAR_NATS)
+        if against < -CLEAR_NATS:
             return self._use(given)
-        if against < TUNING.clear_nats:
+        if against < CLEAR_NATS:
             return given
         self._log.warn_once(
             "camera contradicted",

@@ -20,6 +20,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.numerics.linear_assignment import linear_sum_assignment
 
 Array = NDArray[np.float64]
@@ -39,8 +40,6 @@ class FormationTuning:
     """Relative change of their distance, one sigma: a wrong height, or a zoom. Judged."""
     derivative_share: float = 0.15
     """Relative error of the linearisation, one sigma: rotations are not small. Judged."""
-    clear_nats: float = math.log(20.0)
-    """Log odds by which the likeliest assignment must exceed any other: 20 to 1, as everywhere."""
     widest_sigmas: float = 3.7
     """Sigmas of the normalised chi-square beyond which an assignment does not fit: one in
     10,000."""
@@ -104,7 +103,7 @@ def formation(
         return None
     ranked.sort(key=lambda one: -one[0])
     best = ranked[0]
-    if len(ranked) > 1 and best[0] - ranked[1][0] < TUNING.clear_nats:
+    if len(ranked) > 1 and best[0] - ranked[1][0] < CLEAR_NATS:
         return None
     if not best[1]:
         return Formation(best[2], np.zeros(3), np.zeros((3, 3)), moved=False)

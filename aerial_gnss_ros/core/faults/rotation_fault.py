@@ -32,6 +32,7 @@ from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
 from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -43,8 +44,6 @@ class RotationFaultTuning:
 
     judged_every_s: float = 0.5
     """Interval between tests, s. Judged."""
-    begins_nats: float = 3.0
-    """Log odds at which a rotation is assumed. Judged."""
     changes_nats: float = 1.0
     """Log odds at which an assumed rotation is changed. Judged."""
     looked_s: float = 2.0
@@ -178,7 +177,7 @@ class RotationFault:
             np.concatenate([np.full(len(one.slots), swerve * one.fastest) for one in seen]),
         )
         refines = self.rotating and self._lasts < TUNING.looked_s + TUNING.refined_s
-        if not refines and gain < (TUNING.changes_nats if self.rotating else TUNING.begins_nats):
+        if not refines and gain < (TUNING.changes_nats if self.rotating else CLEAR_NATS):
             return
         begins, before = not self.rotating, self.rate
         self._spread = self._spread + spread

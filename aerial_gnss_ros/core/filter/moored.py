@@ -33,6 +33,7 @@ from aerial_gnss_ros.core.filter.moored_law import MooredLaw, likely_still, most
 from aerial_gnss_ros.core.filter.state import JointState, copy_robot
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import Outcome, correct
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import inverse
@@ -57,9 +58,6 @@ class MooredTuning:
     make evidence look larger than it is. Judged."""
     given_up_nats: float = -15.0
     """Log odds below which it is given up, and another one begun. Judged."""
-    left_nats: float = 3.0
-    """Log odds that it has left from which it swims: 20 to 1, as everywhere. A robot that has not
-    left is tried again after a pause."""
     strain_sum_s: float = 1.0
     """Time constant over which innovations of a moored robot add up, s. Judged."""
     strained: float = 1.25
@@ -223,7 +221,7 @@ class MooredHypothesis:
             each = (sums[:, :2] ** 2).sum(axis=1) / sums[:, 2]
             self._strain += self._step_s * np.array([0.5 * each.sum(), len(seen)])
             odds = self.leaving.odds[seen]
-            leaving = int((odds > TUNING.left_nats).sum())
+            leaving = int((odds > CLEAR_NATS).sum())
             if leaving > 1 and 2 * leaving > np.count_nonzero(law.sway):
                 self._fail()
                 return

@@ -22,6 +22,7 @@ from aerial_gnss_ros.core.filter.moored_law import MooredLaw
 from aerial_gnss_ros.core.filter.recalibration import CalibrationChange, likelier, recalibrate
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import Outcome
+from aerial_gnss_ros.core.models.evidence import UNCLEAR
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 from aerial_gnss_ros.core.values.estimates import Current
@@ -37,9 +38,6 @@ class MooredMixtureTuning:
     """How far behind the likeliest law the one is at most in which all swim. Judged."""
     behind_nats: float = 4.0
     """The same for the others while they are tried. Judged."""
-    current_sure: float = 0.95
-    """Probability that robots drift from which the current is published. Odds of 20 to 1, as
-    everywhere."""
 
 
 TUNING = MooredMixtureTuning()
@@ -213,4 +211,4 @@ class MooredMixture:
         """Return with which current robots drift; None where that is not likely enough."""
         found = [one for one in (group.current() for group in self._all) if one is not None]
         likely, best = max(found, key=lambda one: one[0], default=(0.0, None))
-        return best if likely > TUNING.current_sure else None
+        return best if likely > 1.0 - UNCLEAR else None

@@ -12,26 +12,15 @@ other tracks, also of those out of view.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.models.evidence import TUNING as EVIDENCE
+
 Array = NDArray[np.float64]
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class LabelAmbiguityTuning:
-    """Chosen numbers of this module, with their units and where they come from."""
-
-    least_probability: float = 1e-3
-    """Least probability of other tracks that counts in the covariance; below, it is forgotten.
-    Judged."""
-
-
-TUNING = LabelAmbiguityTuning()
 
 
 class Position(NamedTuple):
@@ -110,7 +99,7 @@ class LabelAmbiguity:
         self.probabilities = {
             name: distribution
             for name, distribution in self.probabilities.items()
-            if name in estimates and 1.0 - distribution.get(name, 0.0) > TUNING.least_probability
+            if name in estimates and 1.0 - distribution.get(name, 0.0) > EVIDENCE.forgotten
         }
         used = {track for distribution in self.probabilities.values() for track in distribution}
         self._left = {name: position for name, position in self._left.items() if name in used} | {
@@ -125,7 +114,7 @@ class LabelAmbiguity:
             others = {
                 track: p for track, p in distribution.items() if track != name and track in known
             }
-            if name in estimates and sum(others.values()) > TUNING.least_probability:
+            if name in estimates and sum(others.values()) > EVIDENCE.forgotten:
                 apart = np.array([known[track].place - estimates[name].place for track in others])
                 differences = np.array(
                     [known[track].covariance - estimates[name].covariance for track in others]

@@ -23,13 +23,14 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.assignment import cheapest
 from aerial_gnss_ros.core.association.image_labels import NO_EVIDENCE
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity.return_permutation import likeliest_permutation
 from aerial_gnss_ros.core.identity.return_position import ReturnPosition, VelocityLikelihood
 from aerial_gnss_ros.core.identity.return_time import AbsenceTimes
+from aerial_gnss_ros.core.models.evidence import TUNING as EVIDENCE
+from aerial_gnss_ros.core.models.evidence import UNCLEAR
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
@@ -59,8 +60,6 @@ class ReidentificationTuning:
     """Probability above which a new track gets a robot's label, against all other robots and new
     ones. Below, it gets a new one: a label on the wrong robot is a confident wrong position, which
     is much worse. docs/results/identity.md compares other values."""
-    unsure_probability: float = 0.05
-    """Least probability of another assignment that is remembered as ambiguous. Judged."""
 
 
 TUNING = ReidentificationTuning()
@@ -181,10 +180,10 @@ class Reidentification:
         for new in done.robots:
             j = ready.index(new)
             for other, share in zip(away, likely[:, j].tolist(), strict=True):
-                if other not in done.label_probabilities and share > TUNING.unsure_probability:
+                if other not in done.label_probabilities and share > UNCLEAR:
                     done.other[new, other] = share
             unknown = 1.0 - float(likely[:, j].sum())
-            if unknown > TUNING.unsure_probability:
+            if unknown > UNCLEAR:
                 done.unknown[new] = unknown
         return done
 
@@ -269,7 +268,7 @@ def _unsettled(probabilities: Array, columns: Indices, age: Array) -> Mask:
         age: (m,) since they were first seen, s.
     """
     waits = np.zeros(len(age), dtype=np.bool_)
-    waits[columns] = probabilities.diagonal() < 1.0 - TUNING.unsure_probability
+    waits[columns] = probabilities.diagonal() < 1.0 - UNCLEAR
     waits &= age[columns].min() < TUNING.look_s
     return waits
 
@@ -283,11 +282,7 @@ def _undecided(best: Array, unclear: Mask, age: Array, nearest: Array) -> Mask:
         age: (m,) since they were first seen, s.
         nearest: (m,) how long the nearest robot has been out of view, s.
     """
-    waits: Mask = (
-        (best > TUNING.unsure_probability)
-        & (best < 1.0 - TUNING.unsure_probability)
-        & (age < TUNING.look_s)
-    )
+    waits: Mask = (best > UNCLEAR) & (best < 1.0 - UNCLEAR) & (age < TUNING.look_s)
     waits |= unclear & (
         age[unclear].min(initial=np.inf) < TUNING.patience_s + TUNING.patience_share * nearest
     )
@@ -315,5 +310,5 @@ def _waits(density: Array) -> NDArray[np.bool_]:
     if len(density) < 2:
         return np.zeros(density.shape[1], dtype=bool)
     second, best = np.sort(density, axis=0)[-2:]
-    waits: NDArray[np.bool_] = (best > 0.0) & (best < ASSIGNMENT.clear_ratio * second)
+    waits: NDArray[np.bool_] = (best > 0.0) & (best < EVIDENCE.clear_odds * second)
     return waits

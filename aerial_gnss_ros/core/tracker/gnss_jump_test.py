@@ -11,24 +11,12 @@ covariances of the robots, which are all out of sight, then contain the jump.
 from __future__ import annotations
 
 import copy
-import math
-from dataclasses import dataclass
 from functools import partial
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
-
-
-@dataclass(frozen=True)
-class GnssJumpTestTuning:
-    """Chosen numbers of this module, with their units and where they come from."""
-
-    jumped_nats: float = math.log(20.0)
-    """Log odds of a jump above which it is accepted: 20 to 1, as everywhere."""
-
-
-TUNING = GnssJumpTestTuning()
 
 
 def robots_tell_jump(
@@ -49,4 +37,4 @@ def robots_tell_jump(
         alternative = copy.deepcopy(table)
         alternative.filter.update_camera(frame, partial(bool, jumped))
         fit.append(alternative.misfit(seen, frame.detections.stamp_ns, threshold))
-    return fit[0] - fit[1] > TUNING.jumped_nats
+    return fit[0] - fit[1] > CLEAR_NATS

@@ -9,11 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.association.coherence import TUNING, swerves, turns
+from aerial_gnss_ros.core.association.coherence import swerves, turns
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 
 HEIGHT_M, SPEED = 20.0, 0.75
@@ -99,8 +100,8 @@ def test_boxes_that_lag_all_as_one_turn_has_it_are_the_cameras():
 @pytest.mark.parametrize(
     ("offset", "nats", "count"),
     [
-        (0.5, -TUNING.swerve_nats - 0.1, 1),
-        (0.5, -TUNING.swerve_nats + 0.1, 0),  # a turn is not clearly unlikelier
+        (0.5, -CLEAR_NATS - 0.1, 1),
+        (0.5, -CLEAR_NATS + 0.1, 0),  # a turn is not clearly unlikelier
         (6.0, -1000.0, 0),  # no robot swerves as far
     ],
 )

@@ -9,9 +9,9 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
 from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 
 STATED = 0.06**2
@@ -26,7 +26,7 @@ def test_robots_that_all_move_as_one_turn_would_have_it_are_a_turn(axis):
     turn = np.radians(2.0) * np.eye(3)[axis]
     found, spread, gain = fit_rotation(-BY_ANGLES @ turn, np.full(3, STATED), BY_ANGLES, SWERVES)
     assert found == pytest.approx(turn, abs=math.radians(0.05))  # drawn a little to none
-    assert gain > 2.0 * ROTATION_FAULT.begins_nats
+    assert gain > 2.0 * CLEAR_NATS
     # 0.06 m/s at 36 m is 0.1 deg/s; three robots measure it somewhat better
     assert 0.03 < math.degrees(math.sqrt(spread[0, 0])) < 0.1
 
@@ -39,7 +39,7 @@ def test_robots_that_obey_are_no_turn(count):
         fit_rotation(sums, np.full(count, STATED), BY_ANGLES[:count], SWERVES)[2]
         for sums in 0.06 * rng.standard_normal((5000, count, 2))
     )
-    assert most < ROTATION_FAULT.begins_nats - 3.0
+    assert most < CLEAR_NATS - 3.0
 
 
 def test_robots_that_swerve_each_by_itself_are_no_turn():
@@ -52,7 +52,7 @@ def test_robots_that_swerve_each_by_itself_are_no_turn():
 @pytest.mark.parametrize(("speed", "turns"), [(0.6, False), (1.6, True)])
 def test_of_one_robot_alone_only_its_speed_tells(speed, turns):
     gain = fit_rotation(np.array([[0.0, speed]]), np.full(1, STATED), BY_ANGLES[:1], SWERVES)[2]
-    assert (gain > ROTATION_FAULT.begins_nats) is turns
+    assert (gain > CLEAR_NATS) is turns
 
 
 @pytest.mark.parametrize("height", [10.0, 30.0])
@@ -68,10 +68,7 @@ def test_the_least_turn_that_is_detected(count, least, most, axis, height):
     for speed in np.arange(0.05, 3.0, 0.05):
         moved = -by_angles[:, :, axis]
         moved *= speed / np.linalg.norm(moved, axis=1).mean()
-        if (
-            fit_rotation(moved, np.full(count, STATED), by_angles, SWERVES)[2]
-            > ROTATION_FAULT.begins_nats
-        ):
+        if fit_rotation(moved, np.full(count, STATED), by_angles, SWERVES)[2] > CLEAR_NATS:
             break
     assert least <= speed <= most
 

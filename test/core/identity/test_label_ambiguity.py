@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.identity.label_ambiguity import TUNING as LABEL_AMBIGUITY
 from aerial_gnss_ros.core.identity.label_ambiguity import LabelAmbiguity, Position
+from aerial_gnss_ros.core.models.evidence import TUNING as EVIDENCE
 
 
 def _spot(east, variance=1.0):
@@ -68,8 +68,8 @@ def test_a_robot_that_may_be_one_out_of_sight_is_as_badly_known():
 def test_a_doubt_too_small_to_matter_is_forgotten():
     met = (
         LabelAmbiguity()
-        .after_exchange("a", "b", 0.5 * LABEL_AMBIGUITY.least_probability)
-        .after_exchange("b", "c", 2.0 * LABEL_AMBIGUITY.least_probability)
+        .after_exchange("a", "b", 0.5 * EVIDENCE.forgotten)
+        .after_exchange("b", "c", 2.0 * EVIDENCE.forgotten)
     )
     met.prune(SPOTS)
     assert set(met.probabilities) == {"b", "c"}

@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.identity.reidentification import (
     duplicate_tracks,
 )
 from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
+from aerial_gnss_ros.core.models.evidence import UNCLEAR
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
 
@@ -179,7 +180,7 @@ def test_absences_of_robots_that_left_the_view_tell_nothing():
 
 def test_other_robots_that_a_track_may_be_are_remembered_where_they_are_likely_enough():
     """Robots 4 and 7 were out of view; the track 9 is 4 by 0.6, 7 by 0.3, new by 0.1."""
-    unsure = reidentification.TUNING.unsure_probability
+    unsure = UNCLEAR
     done, search = Returns(robots={9: 4}), Reidentification(MOTION, 11.6, 180.0)
     search._with_alternatives(
         done, [4, 7, 8], [5, 9], np.array([[0.0, 0.6], [0.0, 0.3], [1.0, 0.9 * unsure]])
