@@ -23,6 +23,9 @@ class TrackTuning:
 
     habit_s: float = 5.0
     """Time between velocities that count as independent, s. Judged."""
+    recent_ns: int = 1_000_000_000
+    """A robot seen within this time is in view, and a fault that is over sooner was short, ns.
+    Judged."""
     strain_images: int = 8
     """Images over which normalised squared innovations are averaged. Judged."""
 

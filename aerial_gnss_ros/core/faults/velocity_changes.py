@@ -14,24 +14,14 @@ much the robots' covariances are inflated for it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.faults.manoeuvre_noise import TUNING as MANOEUVRE_NOISE
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class VelocityChangesTuning:
-    """Chosen numbers of this module, with their units and where they come from."""
-
-    sum_s: float = 3.0
-    """Time constant over which corrections are summed, s. Judged."""
-
-
-TUNING = VelocityChangesTuning()
 
 
 class VelocityChanges:
@@ -93,7 +83,7 @@ class VelocityChanges:
             seconds: length of the step, s.
             stated: (n,) process noise of a velocity in this step, each axis, m²/s².
         """
-        fade = math.exp(-seconds / TUNING.sum_s)
+        fade = math.exp(-seconds / MANOEUVRE_NOISE.correction_sum_s)
         self._sums[:2] *= fade
         self._sums[2:4] *= fade * fade
         self._sums[5] += 2.0 * stated

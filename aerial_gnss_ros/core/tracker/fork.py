@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.filter.state import JointState
@@ -35,8 +36,6 @@ class ForkTuning:
     """Time without contradictions after which the filter's own robots are accepted, s. Judged."""
     agreeing_images: int = 3
     """Consecutive images that must agree with the fork. Judged."""
-    recent_ns: int = 1_000_000_000
-    """Robots last seen within this time before the fork are expected in view, ns. Judged."""
     robots_in_view: int = 2
     """Least number of robots in view: a single one may match by chance. Judged."""
 
@@ -113,7 +112,7 @@ class Fork:
             if one.robot_id
             and one.state is not State.TENTATIVE
             and not one.leaving_view
-            and self.stamp_ns - one.last_seen_ns <= TUNING.recent_ns
+            and self.stamp_ns - one.last_seen_ns <= TRACK.recent_ns
         ]
         squared, _ = mahalanobis(pairs.offsets, pairs.spread)
         near = (squared <= threshold) & np.isin(pairs.rows, seen)

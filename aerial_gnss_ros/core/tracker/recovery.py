@@ -10,12 +10,11 @@ tracks are confirmed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.matcher import Matcher
+from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.tracker.fork import Fork
 from aerial_gnss_ros.core.tracker.regrouping import Regrouping
@@ -24,17 +23,6 @@ from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Cause
 
 Indices = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class RecoveryTuning:
-    """Chosen numbers of this module, with their units and where they come from."""
-
-    soon_ns: int = 1_000_000_000
-    """Duration of a short fault, after which robots known before it still count, ns. Judged."""
-
-
-TUNING = RecoveryTuning()
 
 
 class Recovery:
@@ -121,7 +109,9 @@ class Recovery:
         if lost and self._lost_ns is None:
             self._lost_ns = stamp_ns
             self._lost_labels = {
-                track.robot_id for track in tracks if stamp_ns - track.last_seen_ns < TUNING.soon_ns
+                track.robot_id
+                for track in tracks
+                if stamp_ns - track.last_seen_ns < TRACK.recent_ns
             }
         if self.fork is not None:
             doubt = joint.ambiguity
@@ -133,7 +123,7 @@ class Recovery:
             joint.update_ambiguity(passed)
             return
         # A short displacement after which robots are reacquired shows in their velocities.
-        soon = stamp_ns - self._lost_ns < TUNING.soon_ns
+        soon = stamp_ns - self._lost_ns < TRACK.recent_ns
         old = sum(
             track.first_seen_ns < self._lost_ns or (soon and track.robot_id in self._lost_labels)
             for track in named

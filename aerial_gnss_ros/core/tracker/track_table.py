@@ -36,8 +36,6 @@ Indices = NDArray[np.intp]
 class TrackTableTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    in_view_ns: int = 1_000_000_000
-    """A robot seen within this time is expected in an image, ns. Judged."""
     max_tentative: int = 300
     """Greatest number of tentative tracks: an image full of clutter must not stop the program.
     Judged."""
@@ -139,7 +137,7 @@ class TrackTable:
             row
             for row, track in enumerate(self.tracks)
             if track.robot_id and not track.leaving_view
-            and stamp_ns - track.last_seen_ns <= TUNING.in_view_ns
+            and stamp_ns - track.last_seen_ns <= TRACK.recent_ns
         ]  # fmt: skip
 
     def misfit(self, seen: Measurements, stamp_ns: int, threshold: float) -> float:

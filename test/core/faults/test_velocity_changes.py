@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.faults.velocity_changes import TUNING as VELOCITY_CHANGES
+from aerial_gnss_ros.core.faults.manoeuvre_noise import TUNING as MANOEUVRE_NOISE
 from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
 
 BOTH = np.arange(2)
@@ -37,7 +37,7 @@ def test_corrections_add_up_and_fade_with_the_time_constant():
     changes.update(BOTH, np.array([[0.2, 0.4], [1.0, 2.0]]), np.array([0.06, 0.5]))
     np.testing.assert_allclose(changes.sums(BOTH), [[0.5, 0.3], [1.0, 2.0]])
     np.testing.assert_allclose(_variances(changes), [0.04, 0.25])  # of both axes, halved
-    changes.predict(VELOCITY_CHANGES.sum_s, 0.0)
+    changes.predict(MANOEUVRE_NOISE.correction_sum_s, 0.0)
     np.testing.assert_allclose(changes.sums(BOTH), np.array([[0.5, 0.3], [1.0, 2.0]]) / math.e)
     np.testing.assert_allclose(_variances(changes), np.array([0.04, 0.25]) / math.e**2)
 

@@ -9,10 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.tracker.fork import TUNING as FORK
 from aerial_gnss_ros.core.tracker.fork import Fork
-from aerial_gnss_ros.core.tracker.recovery import TUNING, Recovery
+from aerial_gnss_ros.core.tracker.recovery import Recovery
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Cause
 
@@ -59,7 +60,7 @@ def test_lost_robots_are_reported_with_the_time_until_they_are_back():
 def test_new_robots_do_not_say_that_the_camera_is_right_again():
     found, _, reported = recovery(robot(first_ns=3 * SECOND, last_ns=4 * SECOND))
     found.update(np.zeros(0, np.intp), 1, 2 * SECOND, 0.1)  # no other robot but a refused one
-    found.update(np.array([0]), 0, 2 * SECOND + 2 * TUNING.soon_ns, 0.1)
+    found.update(np.array([0]), 0, 2 * SECOND + 2 * TRACK.recent_ns, 0.1)
     assert reported == [(0.1, False), (0.0, False)]
 
 
@@ -95,17 +96,17 @@ def test_what_was_seen_meanwhile_without_a_label_is_given_up():
 @pytest.mark.parametrize(
     ("label", "found_after_ns", "over"),
     [
-        ("aqua_1", TUNING.soon_ns - 1, True),
-        ("aqua_1", TUNING.soon_ns, False),  # it may have been found elsewhere
-        ("aqua_2", TUNING.soon_ns - 1, False),  # it was not in view when robots were lost
+        ("aqua_1", TRACK.recent_ns - 1, True),
+        ("aqua_1", TRACK.recent_ns, False),  # it may have been found elsewhere
+        ("aqua_2", TRACK.recent_ns - 1, False),  # it was not in view when robots were lost
     ],
     ids=["soon", "late", "long out of view"],
 )
 def test_robots_found_again_soon_after_they_were_lost_are_old_ones(label, found_after_ns, over):
     lost_ns = 9 * SECOND
     found, matcher, reported = recovery(
-        robot("aqua_1", last_ns=lost_ns - TUNING.soon_ns + 1),
-        robot("aqua_2", last_ns=lost_ns - TUNING.soon_ns),
+        robot("aqua_1", last_ns=lost_ns - TRACK.recent_ns + 1),
+        robot("aqua_2", last_ns=lost_ns - TRACK.recent_ns),
     )
     matcher.scene_mismatch = True
     found.update(np.zeros(0, np.intp), 0, lost_ns, 0.1)

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.decision import Association
+from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
-from aerial_gnss_ros.core.tracker.track_table import TUNING, TrackTable
+from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.values.estimates import State
 
 SECOND = 1_000_000_000
@@ -126,7 +127,7 @@ def test_a_measured_robot_is_used_to_its_speed_by_the_time_since_it_was_seen():
 def test_robots_that_were_in_view_are_expected_to_be_shown(late_ns, expected):
     tracks, _ = table(State.CONFIRMED, State.TENTATIVE, State.CONFIRMED)
     tracks.tracks[2].leaving_view = True
-    stamp_ns = SECOND + TUNING.in_view_ns + late_ns
+    stamp_ns = SECOND + TRACK.recent_ns + late_ns
     assert tracks.misfit(measurements([]), stamp_ns, 8.0) == 4.0 * expected
 
 
