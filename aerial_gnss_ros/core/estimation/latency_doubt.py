@@ -52,7 +52,7 @@ class LatencyDoubtTuning:
     its tracks are ready then. Judged."""
     dropped_nats: float = -2.0
     """Log odds below which a trial ends. Judged."""
-    doubted_nats: float = 0.25
+    doubted_nats: float = 1.0
     """Log odds of another latency from which it is taken for right: one event alone does not
     decide. Judged."""
     fewer_robots: float = 0.5
