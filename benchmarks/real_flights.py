@@ -220,6 +220,20 @@ def line(name: str, flight: Flight) -> list[str]:
     return [*cells, "–" if math.isnan(flight.misfit) else f"{flight.misfit:.2f}"]
 
 
+def _halves(one: str) -> tuple[str, str]:
+    key, _, text = one.partition("=")
+    return key, text
+
+
+def _value(text: str) -> bool | float | str:
+    if text in ("true", "false"):
+        return text == "true"
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
 def main() -> None:
     """Replay all flights and write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -230,11 +244,7 @@ def main() -> None:
                         help="a parameter other than the default")  # fmt: skip
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
-    stated = {
-        key: value == "true" if value in ("true", "false") else float(value)
-        for key, value in (one.split("=") for one in given.set)
-    }
-    config = estimator_config(stated)
+    config = estimator_config({key: _value(text) for key, text in map(_halves, given.set)})
     rows = []
     for one in sorted(given.flights.iterdir()):
         if given.only in one.name and (one / "boxes.csv").is_file():

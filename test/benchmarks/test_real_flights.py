@@ -111,3 +111,11 @@ def test_nothing_but_that_the_latency_is_unknown_is_stated(name, shared_data):
         assert np.median(apart) < SPREAD_M[0]
         assert np.percentile(apart, 90) < SPREAD_M[1]
         assert np.mean(whole < real_flights.CHI2_90) > 0.75
+
+
+@pytest.mark.parametrize(("text", "value"), [("true", True), ("-9", -9.0), ("home", "home")])
+def test_parameters_of_any_kind_can_be_set(text, value):
+    key, given = real_flights._halves(f"height.reference={text}")
+    assert key == "height.reference"
+    assert real_flights._value(given) == value
+    assert type(real_flights._value(given)) is type(value)
