@@ -26,6 +26,7 @@ from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError, Out
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.images import write_jpeg
 from aerial_gnss_ros.training.labelled import read_labels
+from aerial_gnss_ros.training.people import person
 
 F32 = NDArray[np.float32]
 _LENGTHS_PX = (12.0, 110.0)
@@ -111,7 +112,11 @@ def _field(rng: np.random.Generator, size: tuple[int, int], grain: float) -> F32
 
 
 def add_things(
-    rng: np.random.Generator, image: Image, robots: NDArray[np.float64], mean: float = 8.0
+    rng: np.random.Generator,
+    image: Image,
+    robots: NDArray[np.float64],
+    mean: float = 8.0,
+    people: float = 0.0,
 ) -> Image:
     """Return an image with things in it that are no robots, none of them on a robot.
 
@@ -120,29 +125,49 @@ def add_things(
         image: (height, width, 3) blue, green, red.
         robots: (n, 4) left, top, right, bottom of the robots, px.
         mean: number of things.
+        people: number of people in the water, besides.
     """
     made = image.astype(np.float32)
-    height, width = image.shape[:2]
-    if rng.random() < _LAND:
+    if rng.random() < _LAND and mean > 0.0:
         _cover(rng, made, robots)
     for _ in range(int(rng.poisson(mean))):
         length = float(np.exp(rng.uniform(*np.log(_LENGTHS_PX))))
         coverage = shape(rng, length)
-        side = len(coverage)
-        x, y = (int(rng.integers(-side // 3, size - side // 2)) for size in (width, height))
-        margin = 0.3 * side
-        if _touches((x, y, x + side, y + side), robots, margin):
-            continue
-        colours = texture(rng, (side, side), length * rng.uniform(0.1, 0.7))
-        softness = float(rng.uniform(0.3, 1.2))
-        share = np.asarray(cv2.GaussianBlur(coverage, (0, 0), softness), np.float32)
-        share *= np.float32(1.0 if rng.random() < 0.7 else rng.uniform(0.25, 1.0))  # under water
-        left, top = max(x, 0), max(y, 0)
-        right, bottom = min(x + side, width), min(y + side, height)
-        inner = slice(top - y, bottom - y), slice(left - x, right - x)
-        here = made[top:bottom, left:right]
-        here += share[inner][..., None] * (colours[inner] - here)
+        place = _place(rng, image, len(coverage), robots)
+        if place is not None:
+            side = len(coverage)
+            colours = texture(rng, (side, side), length * rng.uniform(0.1, 0.7))
+            _draw(rng, made, place, coverage, colours)
+    for _ in range(int(rng.poisson(people)) if people else 0):
+        coverage, colours = person(rng, float(np.exp(rng.uniform(*np.log(_LENGTHS_PX)))))
+        place = _place(rng, image, len(coverage), robots)
+        if place is not None:
+            _draw(rng, made, place, coverage, colours)
     return np.clip(np.round(made), 0, 255).astype(np.uint8)
+
+
+def _place(
+    rng: np.random.Generator, image: Image, side: int, robots: NDArray[np.float64]
+) -> tuple[int, int] | None:
+    """Return left and top of a thing; None if it would touch a robot."""
+    x, y = (int(rng.integers(-side // 3, size - side // 2)) for size in image.shape[1::-1])
+    return None if _touches((x, y, x + side, y + side), robots, 0.3 * side) else (x, y)
+
+
+def _draw(
+    rng: np.random.Generator, made: F32, place: tuple[int, int], coverage: F32, colours: F32
+) -> None:
+    """Draw a thing into an image, softened, and perhaps under water."""
+    side, (x, y) = len(coverage), place
+    height, width = made.shape[:2]
+    softness = float(rng.uniform(0.3, 1.2))
+    share = np.asarray(cv2.GaussianBlur(coverage, (0, 0), softness), np.float32)
+    share *= np.float32(1.0 if rng.random() < 0.7 else rng.uniform(0.25, 1.0))  # under water
+    left, top = max(x, 0), max(y, 0)
+    right, bottom = min(x + side, width), min(y + side, height)
+    inner = slice(top - y, bottom - y), slice(left - x, right - x)
+    here = made[top:bottom, left:right]
+    here += share[inner][..., None] * (colours[inner] - here)
 
 
 def _touches(
@@ -172,7 +197,9 @@ def _cover(rng: np.random.Generator, made: F32, robots: NDArray[np.float64]) -> 
     made += share.astype(np.float32)[..., None] * (colours - made)
 
 
-def write_cluttered(folder: Path, output: Path, mean: float, seed: int, split: str) -> int:
+def write_cluttered(
+    folder: Path, output: Path, mean: float, seed: int, split: str, people: float = 0.0
+) -> int:
     """Write a data set's images again, with things in them; labels stay.
 
     Args:
@@ -181,6 +208,7 @@ def write_cluttered(folder: Path, output: Path, mean: float, seed: int, split: s
         mean: number of things in an image.
         seed: same seed, same bytes.
         split: which images.
+        people: number of people in the water in an image, besides.
 
     Returns:
         Number of images.
@@ -192,15 +220,16 @@ def write_cluttered(folder: Path, output: Path, mean: float, seed: int, split: s
     """
     if output.exists():
         raise OutputError(f"{output} exists already; give a new folder.")
-    if not mean >= 0.0:
-        raise ConfigError(f"--things must be 0 or more, got {mean:g}.")
+    for name, value in (("--things", mean), ("--people", people)):
+        if not value >= 0.0:
+            raise ConfigError(f"{name} must be 0 or more, got {value:g}.")
     count = 0
     with partial(output) as place:
         (place / "images" / split).mkdir(parents=True)
         (place / "labels").mkdir()
         for labelled in read_labels(folder, split):
             rng = np.random.default_rng([seed, count])
-            image = add_things(rng, labelled.read(), labelled.truth.corners, mean)
+            image = add_things(rng, labelled.read(), labelled.truth.corners, mean, people)
             path = place / "images" / split / labelled.name
             write_jpeg(path.with_suffix(".jpg"), image, int(rng.integers(*_QUALITIES)))
             count += 1
@@ -217,11 +246,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("folder", type=Path, help="labelled images in YOLO's layout")
     parser.add_argument("-o", "--output", type=Path, required=True, help="new folder")
     parser.add_argument("--things", type=float, default=8.0, help="mean number in an image")
+    parser.add_argument("--people", type=float, default=0.0, help="mean number of people")
     parser.add_argument("--split", default="train")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args(arguments)
     try:
-        count = write_cluttered(given.folder, given.output, given.things, given.seed, given.split)
+        count = write_cluttered(
+            given.folder, given.output, given.things, given.seed, given.split, given.people
+        )
     except AerialGnssError as error:
         sys.stderr.write(f"clutter: {error}\n")
         return 2

@@ -50,6 +50,17 @@ def test_robots_stay_as_they_are_and_other_water_does_not():
     np.testing.assert_array_equal(again, made)
 
 
+def test_people_come_besides_the_things_and_keep_off_robots_too():
+    robots = np.array([[60.0, 50.0, 100.0, 80.0]])
+    changed = 0
+    for seed in range(20):
+        assert np.array_equal(add_things(np.random.default_rng(seed), WATER, robots, 0.0), WATER)
+        made = add_things(np.random.default_rng(seed), WATER, robots, 0.0, people=6.0)
+        np.testing.assert_array_equal(made[50:81, 60:101], WATER[50:81, 60:101])
+        changed += int((made != WATER).any())
+    assert changed > 10
+
+
 def test_the_command_keeps_labels(tmp_path, capsys):
     folder = tmp_path / "set"
     for kind in ("images", "labels"):
