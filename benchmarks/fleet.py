@@ -67,9 +67,19 @@ CELLS = (
     Cell("hover", "opposite", 30.0, TWO, survey_m=0.05),
 )
 
+GRID_HZ = 3.0
+"""Images a second in the grid: errors are those of the platforms, which last, so that more images
+of a flight tell little more than fewer, and more flights do."""
 MIXED = {"hover": "opposite", "orbit": "opposite", "mixed": "above"}
 GRID = tuple(
-    Cell("orbit" if kind == "mixed" else kind, formation, height_m, ("consumer",) * drones, speed)
+    Cell(
+        "orbit" if kind == "mixed" else kind,
+        formation,
+        height_m,
+        ("consumer",) * drones,
+        speed,
+        rate_hz=GRID_HZ,
+    )
     for drones in (2, 4)
     for kind, formation in MIXED.items()
     for height_m in (10.0, 30.0, 80.0)

@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
 from aerial_gnss_ros.core.values.samples import Fix
 from aerial_gnss_ros.evaluation.bound import TrueDrone, TrueFrame
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
-from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
+from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.feeding import feed
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.formation import Formation, together
@@ -51,6 +51,7 @@ class Cell:
         told: whether the filter is told that they stay.
         robots: number of them.
         duration_s: length.
+        rate_hz: images of each drone a second.
         survey_m: one sigma with which the place of a beacon is known, of which only the last drone
             has boxes, m; 0: there is none.
     """
@@ -63,6 +64,7 @@ class Cell:
     told: bool = False
     robots: int = 3
     duration_s: float = 24.0
+    rate_hz: float = 10.0
     survey_m: float = 0.0
 
     @property
@@ -93,7 +95,7 @@ def drones_of(cell: Cell, seed: int, share: float) -> dict[str, Experiment]:
             flight, default_camera(1280, 720), plans[0], robots=cell.robots + cell.beacons,
             swim=SwimPlan(cell.speed, cell.speed, beacons=cell.beacons),
             detector=DetectorPlan(2.0, 0.0, 0.0), seed=seed, others=others,
-            survey_m=cell.survey_m,
+            survey_m=cell.survey_m, clock=CameraClock(cell.rate_hz),
         )  # fmt: skip
 
     plan = FlightPlan(kind=cell.kind, duration_s=cell.duration_s, height_m=cell.height_m)
