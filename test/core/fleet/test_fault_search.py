@@ -5,13 +5,16 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.fleet.fault import FAULTS
+from aerial_gnss_ros.core.fleet.fault import FAULTS, Suspicion
 from aerial_gnss_ros.core.fleet.fault_search import FaultSearch
 from aerial_gnss_ros.simulation.sensors import START_NS
+
+SECOND = 1_000_000_000
 
 
 def named(updates):
@@ -89,6 +92,31 @@ def test_a_fault_that_the_data_no_longer_show_is_taken_back(two_rtk):
     fleet.state.joint.mean[5] = np.float64(0.0)
     assert search.update(fleet.state, fleet.robots, now_ns + 10**9) is None
     assert wrong.fault is None
+
+
+def test_trials_become_rare_while_none_convinces_and_one_that_does_is_soon_confirmed(two_rtk):
+    fleet, _ = two_rtk.together()
+    search = FaultSearch(fleet._drones, 0.75)
+    convincing = SimpleNamespace(suspicion=Suspicion(1, FAULTS[0], 20.0))
+    verdicts, tried, found = iter([None] * 5 + [convincing] * 9), [], None
+    search._contradicted = lambda _robots, _now_ns: True
+    search._snapshots = lambda now_ns: dict.fromkeys(range(1 + (now_ns >= 20 * SECOND)))
+
+    def trial(_snapshots, _stationary):
+        tried.append(now / 10.0)
+        return next(verdicts)
+
+    search._try = trial
+    for now in range(100, 600):
+        found = search.update(fleet.state, fleet.robots, now * SECOND // 10)
+        if found is not None:
+            break
+    pauses = np.diff(tried)
+    assert tried[0] == 20.0  # one image alone is no trial, and delays none
+    assert (np.diff(pauses[:5]) >= 0.0).all()
+    assert pauses[4] > 2.0
+    assert pauses[5:].tolist() == [0.5, 0.5]
+    assert (found.drone, found.trial) == (1, convincing)
 
 
 def test_a_drone_alone_is_not_suspected(two_rtk):
