@@ -153,9 +153,11 @@ def _built(kind: type[Any], value: Any, name: str) -> Any:
     hints = type_hints(kind)
     if isinstance(value, dict) and kind is Sighting:
         value = _MAY_BE_ABSENT | value
-    if not isinstance(value, dict) or value.keys() != hints.keys():
-        given = sorted(value.keys() ^ hints.keys()) if isinstance(value, dict) else [name]
-        raise InputError(f"a sighting's {name} lacks or has unknown {cut(', '.join(given))}.")
+    if not isinstance(value, dict):
+        raise InputError(f"a sighting's {name} cannot be {shown(value)}.")
+    if value.keys() != hints.keys():
+        given = cut(", ".join(sorted(value.keys() ^ hints.keys())))
+        raise InputError(f"a sighting's {name} lacks or has unknown {given}.")
     made = {key: _value(hint, value[key], key) for key, hint in hints.items()}
     if kind is CameraModel:
         return _camera(json.dumps(value))
