@@ -13,7 +13,10 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -39,13 +42,17 @@ def main() -> None:
         server = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)  # noqa: S603
         try:
             url = next(line.split()[1] for line in server.stderr if line.startswith("open http"))
-            _shoot(url, args.frame, args.picture)
+            with browser() as driver:
+                driver.get(url)
+                shot(driver, args.frame, args.picture)
         finally:
             server.send_signal(signal.SIGINT)
             server.wait()
 
 
-def _shoot(url: str, frame: int, picture: Path) -> None:
+@contextmanager
+def browser() -> Iterator[Any]:
+    """Yield a driver of Chromium without a window."""
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which("chromium") or "chromium"
     for one in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
@@ -54,18 +61,20 @@ def _shoot(url: str, frame: int, picture: Path) -> None:
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(
         executable_path=shutil.which("chromedriver")))  # fmt: skip
     try:
-        driver.get(url)
-        wait = WebDriverWait(driver, 30)
-        wait.until(lambda one: one.execute_script("return page.hello && page.shown === 0"))
-        driver.execute_script("show(arguments[0])", frame)
-        wait.until(lambda one: one.execute_script(f"return page.shown === {frame}"))
-        wait.until(lambda one: one.execute_script("return page.boxes.length > 0"))
-        shot = cv2.imdecode(
-            np.frombuffer(driver.get_screenshot_as_png(), np.uint8), cv2.IMREAD_COLOR
-        )
-        cv2.imwrite(str(picture), shot, [cv2.IMWRITE_JPEG_QUALITY, 85])
+        yield driver
     finally:
         driver.quit()
+
+
+def shot(driver: Any, frame: int, picture: Path) -> None:
+    """Show a frame of the page and write a picture of it."""
+    wait = WebDriverWait(driver, 60)
+    wait.until(lambda one: one.execute_script("return page.hello && page.shown >= 0"))
+    driver.execute_script("show(arguments[0])", frame)
+    wait.until(lambda one: one.execute_script(f"return page.shown === {frame}"))
+    wait.until(lambda one: one.execute_script("return page.boxes.length > 0"))
+    seen = cv2.imdecode(np.frombuffer(driver.get_screenshot_as_png(), np.uint8), cv2.IMREAD_COLOR)
+    cv2.imwrite(str(picture), seen, [cv2.IMWRITE_JPEG_QUALITY, 85])
 
 
 if __name__ == "__main__":

@@ -33,6 +33,7 @@ class Terms:
         most: greatest number of boxes of an image; each costs about half a millisecond.
         class_names: of a network that gives a score for each class; empty: one score, and the
             detector's class.
+        parts: whether the boxes around and across anomalies are examined, too (`taught.py`).
     """
 
     side: int = 64
@@ -43,6 +44,7 @@ class Terms:
     to_score: float = 0.8
     most: int = 32
     class_names: tuple[str, ...] = ()
+    parts: bool = False
 
     @classmethod
     def read(cls, metadata: Mapping[str, str], where: str) -> Terms:
@@ -74,6 +76,7 @@ class Terms:
             and 0.0 <= self.least <= 10_000.0
             and 0.0 <= self.from_score <= self.to_score <= 1.0
             and 1 <= self.most <= 10_000
+            and self.parts in (True, False)
             and isinstance(self.class_names, tuple | list)
         ):
             raise ValueError(self.text[:200])

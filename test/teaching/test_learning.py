@@ -134,7 +134,7 @@ def test_without_torch_it_says_what_to_install(work, monkeypatch):
 
 
 def test_the_threshold_is_the_middle_of_the_best(monkeypatch):
-    """Robots have scores of 0.8, others of 0.4: anything between is as good."""
+    """Robots have scores of 0.8, others of 0.4: the middle of log odds is as far from both."""
     from aerial_gnss_ros.detection.base import Detections
     from aerial_gnss_ros.training.labelled import LabelledImage, Truth
 
@@ -150,4 +150,4 @@ def test_the_threshold_is_the_middle_of_the_best(monkeypatch):
         np.zeros(1, np.int64),
     )  # fmt: skip
     images = [LabelledImage("a", truth, lambda: np.zeros((100, 200, 3), np.uint8))]
-    assert learning._threshold(None, images) == pytest.approx(0.62)
+    assert learning._threshold(None, images) == pytest.approx(0.62, abs=0.015)
