@@ -52,9 +52,9 @@ class LatencyDoubtTuning:
     its tracks are ready then. Judged."""
     dropped_nats: float = -2.0
     """Log odds below which a trial ends. Judged."""
-    doubted_nats: float = 1.0
-    """Log odds of another latency from which it is taken for right: one event alone does not
-    decide. Judged."""
+    doubted_nats: float = 3.0
+    """Log odds of another latency from which it is taken for right: 20 to 1, as everywhere. Until
+    then published covariances contain what it would make of positions."""
     fewer_robots: float = 0.5
     """Mean number of robots that a trial may measure less than the configured latency, whose tracks
     are older, and be taken for right. Judged."""
