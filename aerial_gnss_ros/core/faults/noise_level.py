@@ -12,6 +12,9 @@ consecutive innovations cancel what is constant or linear in time; for white noi
 covariance S1 + 4 S2 + S3. The median of their normalised squares is robust against single images in
 which a fault begins or a box is misassociated.
 
+Before it is known, innovations have Student's t distribution, so gates are wider (`gate`): narrow
+ones would refuse most boxes of noisy sensors, and with these the evidence of their noise.
+
 Only robots tell it, not new tracks: where false boxes are all there is, the level would grow until
 they were confirmed. What boxes told before the level was found counted too much, which is made good
 once, as long as all images so far are among those of the estimate (`underestimated`).
@@ -49,6 +52,9 @@ class NoiseLevelTuning:
     """Share of estimates in which correct noise looks larger, and the level is applied."""
     largest_level: float = 100.0
     """Upper bound of the level: ten times the stated standard deviations. Judged."""
+    prior_degrees: float = 4.0
+    """Degrees of freedom of the level before any image: one flight in 50 is three times as noisy as
+    stated, by its standard deviations. Judged."""
     uneven_intervals: float = 1.5
     """Greatest ratio of consecutive intervals; beyond, linear terms do not cancel. Judged."""
 
@@ -87,6 +93,7 @@ class NoiseLevel:
     def reset(self) -> None:
         """Forget everything."""
         self.level = self.underestimated = self._counted = 1.0
+        self._degrees, self._seems = TUNING.prior_degrees, 1.0
         self._all = True
         # Values of all images in a row and their number in each: a snapshot shares them.
         self._values, self._sizes = b"", tuple[int, ...]()
@@ -112,18 +119,41 @@ class NoiseLevel:
             self._sizes = (*self._sizes[1:], len(new))
         else:
             self._values, self._sizes = self._values + new, (*self._sizes, len(new))
+        self._degrees = TUNING.prior_degrees + 2.0 * (len(self._values) // 8) / _CORRELATED
         self._since += 1
         due = min(TUNING.every_images, len(self._sizes) // 4)
-        if self._since >= due and len(self._sizes) >= TUNING.least_images:
+        if self._since >= due:
             self._since = 0
             self._estimate()
 
     def _estimate(self) -> None:
-        level = _median(np.frombuffer(self._values)) / _MEDIAN
-        sure = level > _sure_level(len(self._sizes))
-        self.level = min(level, TUNING.largest_level) if sure else 1.0
+        median = _median(np.frombuffer(self._values)) / _MEDIAN
+        images, self._seems = len(self._sizes), min(median, TUNING.largest_level)
+        sure = images >= TUNING.least_images and median > _sure_level(images)
+        self.level = self._seems if sure else 1.0
         if self._all and self.level > TUNING.counts_anew * self._counted:
             self.underestimated = self.level / self._counted
+
+    def gate(self, threshold: float) -> float:
+        """Return the edge of a gate that contains as much while the level is not known exactly.
+
+        With a scaled inverse chi-square posterior of the level an innovation has Student's t
+        distribution, whose squared distance in the plane contains what the Gaussian's T does up to
+        n (exp(T / n) - 1), n its degrees of freedom.
+
+        Args:
+            threshold: squared Mahalanobis distance at the edge of the gate if it were known.
+        """
+        return self._scale() * self._degrees * math.expm1(threshold / self._degrees)
+
+    @property
+    def unknown(self) -> float:
+        """Variance of an innovation over that by `level`; above 1 while that is a guess."""
+        return self._scale() * self._degrees / (self._degrees - 2.0)
+
+    def _scale(self) -> float:
+        n, before = self._degrees, TUNING.prior_degrees
+        return max(1.0, (before + (n - before) * self._seems) / (n * self.level))
 
     def take_underestimated(self) -> float:
         """Return `underestimated`, once."""

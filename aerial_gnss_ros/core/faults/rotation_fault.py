@@ -143,11 +143,16 @@ class RotationFault:
             self._lasts += seconds
             self._run(seconds)
 
-    def judge(self, seen: Sequence[RobotsInView]) -> None:
-        """Test the robots in view, of all blocks together, when due."""
+    def judge(self, seen: Sequence[RobotsInView], noise: float = 1.0) -> None:
+        """Test the robots in view, of all blocks together, when due.
+
+        Args:
+            seen: these robots.
+            noise: by what factor variances may be larger (`NoiseLevel.unknown`).
+        """
         if self._since >= TUNING.judged_every_s:
             self._since = 0.0
-            self._weigh(seen)
+            self._weigh(seen, noise)
         for one in seen:
             self.spread(one.changes, one.slots, one.by_angles)
 
@@ -168,11 +173,11 @@ class RotationFault:
         places = places + self.ambiguity.apart * np.eye(2)
         changes.widen(slots, places, velocities, seen)
 
-    def _weigh(self, seen: Sequence[RobotsInView]) -> None:
+    def _weigh(self, seen: Sequence[RobotsInView], noise: float) -> None:
         swerve = ROTATION_TEST.swerve_share
         change, spread, gain = fit_rotation(
             np.concatenate([one.changes.sums(one.slots) for one in seen]),
-            np.concatenate([one.changes.variances(one.slots, one.unknown) for one in seen]),
+            noise * np.concatenate([one.changes.variances(one.slots, one.unknown) for one in seen]),
             np.concatenate([one.by_angles for one in seen]),
             np.concatenate([np.full(len(one.slots), swerve * one.fastest) for one in seen]),
         )

@@ -88,6 +88,10 @@ class VelocityChanges:
         self._sums[2:4] *= fade * fade
         self._sums[5] += 2.0 * stated
 
+    def discount(self, factor: float) -> None:
+        """Take the noise that caused the corrections for larger by a factor of its variance."""
+        self._sums[2:4] *= factor
+
     def add(self, count: int) -> None:
         """Append robots."""
         self._sums = np.concatenate([self._sums, np.zeros((6, count))], axis=1)

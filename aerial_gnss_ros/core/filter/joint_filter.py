@@ -317,7 +317,7 @@ class JointFilter(CameraFaults):
                 refused.append(group.rows[outcome.refused])
         self._found = self._anew = False
         if judged:
-            self.rotation_fault.judge(judged)
+            self.rotation_fault.judge(judged, self.noise.unknown)
         if not self._late:
             errors, turned = self._groups[0].mean[:COUNT], self.rotation_fault.sigma
             for sentence in self.monitor.update_image(
@@ -343,6 +343,7 @@ class JointFilter(CameraFaults):
             relinearize(group, self._seen_from())
             group.discount(factor, self._stationary, group.motion(self.motion).speed_sigma)
             group.manoeuvre_noise.forget()
+            group.velocity_changes.discount(factor)
 
     def _in_view(self, group: JointState, slots: Indices) -> RobotsInView:
         unknown = group.covariance.diagonal()[COUNT:].reshape(-1, 4)[slots, 2:].sum(axis=1)

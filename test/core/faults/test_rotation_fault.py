@@ -143,6 +143,18 @@ def test_a_turn_that_went_back_and_ended_leaves_little_doubt(axis):
     assert not turning.rotating
 
 
+@pytest.mark.parametrize("noise", [1.0, 30.0])
+def test_what_larger_noise_may_have_caused_is_no_turn(noise):
+    class Doubting(RotationFault):
+        def judge(self, seen):
+            super().judge(seen, noise)
+
+    turning, moves = Doubting(), -BY_ANGLES @ np.radians([0.0, 0.0, 1.2])
+    rng = np.random.default_rng(2)
+    list(_flown(turning, _laws(3), BY_ANGLES, lambda t: moves * (t > 10.0), {}, 14.0, rng))
+    assert turning.rotating == (noise == 1.0)
+
+
 @pytest.mark.parametrize("counts", [(1, 1, 1), (2, 1)])
 def test_robots_in_several_laws_tell_of_one_camera_as_in_one(counts):
     """None of the laws alone has robots enough to detect this turn."""

@@ -63,6 +63,16 @@ def test_a_loosened_velocity_counts_as_far_as_it_is_not_known_again(
     assert _variances(changes, unknown)[1] == pytest.approx(0.4)
 
 
+def test_corrections_of_noise_that_is_larger_than_assumed_are_expected_to_be_larger():
+    changes = _two()
+    changes.note_inflation(BOTH[:1], 0.1)
+    _note(changes, 0.8, east=0.3)
+    before = _variances(changes)
+    changes.discount(9.0)
+    np.testing.assert_allclose(_variances(changes), 9.0 * before)
+    np.testing.assert_allclose(changes.sums(BOTH), [[0.3, 0.0]] * 2)
+
+
 def test_what_was_allowed_once_is_not_allowed_again():
     changes = _two()
     changes.note_inflation(BOTH, 0.5)
