@@ -55,6 +55,9 @@ class NoiseLevelTuning:
     prior_degrees: float = 4.0
     """Degrees of freedom of the level before any image: one flight in 50 is three times as noisy as
     stated, by its standard deviations. Judged."""
+    one_scale: float = 0.5
+    """Probability that slow errors exceed the stated ones by the same factor as white noise does.
+    Judged."""
     uneven_intervals: float = 1.5
     """Greatest ratio of consecutive intervals; beyond, linear terms do not cancel. Judged."""
 
@@ -150,6 +153,15 @@ class NoiseLevel:
     def unknown(self) -> float:
         """Variance of an innovation over that by `level`; above 1 while that is a guess."""
         return self._scale() * self._degrees / (self._degrees - 2.0)
+
+    @property
+    def of_slow_errors(self) -> float:
+        """Factor of the prior variance of slow errors.
+
+        As likely as not they exceed the stated ones by the same factor as white noise, which shows
+        what the sensors are like: the mixture's variance.
+        """
+        return 1.0 + TUNING.one_scale * (self._counted - 1.0)
 
     def _scale(self) -> float:
         n, before = self._degrees, TUNING.prior_degrees

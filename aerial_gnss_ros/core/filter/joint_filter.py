@@ -92,6 +92,7 @@ class JointFilter(CameraFaults):
 
     def reset(self) -> None:
         """Reset robots and platform."""
+        self._wider: Array = np.ones(COUNT)
         self._stationary = self.model.stationary(None)
         self.clear(self._stationary)
         self._fresh = True
@@ -140,7 +141,7 @@ class JointFilter(CameraFaults):
         stated = math.sqrt(max(variance(0, 0), variance(0, 1), variance(1, 0), variance(1, 1)))
         settled, jump = self.jumps.update(measured.position, expected, passed, stated, robots_tell)
         known = pose.fix_covariance
-        self._stationary = self.model.nominal if known is None else self.model.stationary(known)
+        self._stationary = self._wider * self.model.stationary(known)
         if self._fresh:
             self.clear(self._stationary)
             self._fresh = False
@@ -339,11 +340,16 @@ class JointFilter(CameraFaults):
             return
         if self.moored is not None:
             self.moored.reset()
+        before, self._wider = self._wider, np.ones(COUNT)
+        self._wider[ANGLES] = self.noise.of_slow_errors
+        wider = self._wider / before
         for group in self._groups:
             relinearize(group, self._seen_from())
-            group.discount(factor, self._stationary, group.motion(self.motion).speed_sigma)
+            speeds = group.motion(self.motion).speed_sigma
+            group.discount(factor, self._stationary, speeds, wider)
             group.manoeuvre_noise.forget()
             group.velocity_changes.discount(factor)
+        self._stationary = wider * self._stationary
 
     def _in_view(self, group: JointState, slots: Indices) -> RobotsInView:
         unknown = group.covariance.diagonal()[COUNT:].reshape(-1, 4)[slots, 2:].sum(axis=1)

@@ -152,28 +152,32 @@ class JointState(StateArrays):
         self.mean += (mean - float(self.mean[error])) * with_it
         self.covariance += (sigma**2 - variance) * np.outer(with_it, with_it)
 
-    def discount(self, factor: float, platform: Array, speed: Array | float) -> None:
+    def discount(
+        self, factor: float, platform: Array, speed: Array | float, wider: Array | float = 1.0
+    ) -> None:
         """Let all that boxes have told count less: their noise was larger than assumed.
 
         Of the information of the state what is not the prior's is divided by the factor: with P the
-        covariance and D the prior's inverse, P' = (P⁻¹ / f + (1 - 1 / f) D)⁻¹.
+        covariance and D the prior's inverse, P' = (P⁻¹ / f + (1 / g - 1 / f) D)⁻¹.
 
         Args:
             factor: f, of the variance of the noise, above 1.
             platform: (7, 7) prior covariance of the platform's errors, except the latency, of which
                 boxes tell nothing here.
             speed: one sigma of robots' unknown velocities, each axis, m/s; (n,) or of all.
+            wider: (7,) factor g of that prior covariance from now on, at most f; or of all.
         """
         P, variances = self.covariance, np.zeros((len(self), 4))
         variances[:, 2:] = np.square(np.broadcast_to(speed, (len(self),)))[:, None]
         prior = np.concatenate([platform.diagonal(), variances.ravel()])
         prior[LATENCY] = P[LATENCY, LATENCY]
+        more = np.full(len(prior), factor)
+        more[:COUNT] /= wider
         (known,) = np.nonzero(prior)
-        through = P[:, known] * np.sqrt((factor - 1.0) / prior[known])
-        spread = (
-            np.eye(len(known)) + through[known] * np.sqrt((factor - 1.0) / prior[known])[:, None]
-        )
-        told = self.mean[known] * np.sqrt((factor - 1.0) / prior[known])
+        missing = np.sqrt((more[known] - 1.0) / prior[known])
+        through = P[:, known] * missing
+        spread = np.eye(len(known)) + through[known] * missing[:, None]
+        told = self.mean[known] * missing
         told[known == LATENCY] = 0.0
         both = np.linalg.solve(spread, np.concatenate([through.T, told[:, None]], axis=1))
         self.mean = self.mean - through @ both[:, -1]

@@ -166,6 +166,15 @@ def test_gates_are_wide_enough_for_larger_noise_before_its_level_is_sure():
     assert sure.gate(threshold) == pytest.approx(threshold, rel=0.1)
 
 
+def test_slow_errors_are_as_likely_as_not_as_much_larger_as_white_noise():
+    level = fed(NoiseLevel(), white(NOISE_LEVEL.level_images, 3, 3.0))
+    assert level.of_slow_errors == 1.0  # as long as the filter has not been told
+    factor = level.take_underestimated()
+    assert level.of_slow_errors == pytest.approx(0.5 * (1.0 + factor))
+    level.reset()
+    assert level.of_slow_errors == 1.0
+
+
 def test_second_differences_are_weighed_by_their_covariance():
     """Also where East and North are correlated: as numpy solves it."""
     laws = [np.array([[2.0, 0.8], [0.8, 1.0]]), np.array([[1.0, -0.2], [-0.2, 3.0]]), np.eye(2)]

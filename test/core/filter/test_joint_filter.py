@@ -182,6 +182,16 @@ def test_the_monitor_tells_noise_that_is_understated_by_two(sea, factor, alarms)
     assert any("times as far" in sentence for sentence in engine.events) is alarms
 
 
+@pytest.mark.parametrize("factor", [1.0, 5.0])
+def test_compass_and_gimbal_are_doubted_where_boxes_are_noisier_than_stated(sea, factor):
+    """A hover tells little of them."""
+    world = sea.World(robots=RING, pixel_sigma=2.0 * factor, seed=3)
+    results = sea.play(sea.estimator(), world, 12.0, images=5)
+    sigmas = {error.name: error.sigma for error in results[-1].platform}
+    for name, stated in (("heading", 1.5), ("roll", 0.4), ("pitch", 0.4)):
+        assert (sigmas[name] > 1.3 * math.radians(stated)) == (factor > 1.0)
+
+
 def test_a_biased_compass_is_named(sea):
     world = sea.World(robots=RING, rpy_bias_deg=(0.0, 0.0, 9.0), pixel_sigma=1.0, **ORBIT)
     engine = sea.estimator(RTK)

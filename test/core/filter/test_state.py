@@ -16,7 +16,7 @@ from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import correct, linearise
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -120,12 +120,16 @@ def test_an_error_known_from_elsewhere_leaves_what_is_known_given_it():
             np.testing.assert_allclose(now, then, rtol=1e-9, atol=1e-9)
 
 
-def test_boxes_that_were_noisier_than_assumed_count_as_if_that_had_been_known():
-    """As a Kalman filter gives from the same prior and the same boxes of nine times the noise."""
-    prior = MODEL.stationary(None).copy()
-    prior[LATENCY, LATENCY] = 0.0
+@pytest.mark.parametrize("more", [1.0, 5.0, 9.0])
+def test_boxes_that_were_noisier_than_assumed_count_as_if_that_had_been_known(more):
+    """As a Kalman filter gives from the same prior and the same boxes of nine times the noise.
 
-    def after(factor: float) -> JointState:
+    Also where the prior of the angles has to be wider.
+    """
+    prior, wider = MODEL.stationary(None).copy(), np.ones(COUNT)
+    prior[LATENCY, LATENCY], wider[ANGLES] = 0.0, more
+
+    def after(factor: float, prior: np.ndarray) -> JointState:
         joint = JointState(prior)
         by_platform = linearise(sight(), np.zeros(7), PLACES).by_platform * 0.01
         white = np.tile(factor * 0.04 * np.eye(2), (3, 1, 1))
@@ -137,8 +141,8 @@ def test_boxes_that_were_noisier_than_assumed_count_as_if_that_had_been_known():
         joint.covariance = P - gain @ H @ P
         return joint
 
-    found, right = after(1.0), after(9.0)
-    found.discount(9.0, prior, 0.7)
+    found, right = after(1.0, prior), after(9.0, wider * prior)
+    found.discount(9.0, prior, 0.7, wider)
     np.testing.assert_allclose(found.covariance, right.covariance, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(found.mean, right.mean, rtol=1e-6, atol=1e-9)
 
