@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A drone whose compass is 10 deg wrong from the beginning: when it is named, and what it harms.
 
-python benchmarks/fleet_compass.py --markdown docs/results/fleet.md
+python benchmarks/fleet_compass.py --flown compass.jsonl --markdown docs/results/fleet.md
+
+Each drone has three images a second. `--flown` keeps the flights: a run that was stopped goes on.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import sys
 from dataclasses import replace
@@ -33,10 +36,10 @@ from aerial_gnss_ros.simulation.sensors import START_NS
 
 WRONG_DEG = 10.0
 CELLS = (
-    Cell("hover", "opposite", 15.0, ("rtk",) * 2, duration_s=20.0),
-    Cell("hover", "opposite", 15.0, ("consumer",) * 3, duration_s=20.0),
-    Cell("orbit", "opposite", 30.0, ("consumer",) * 3, 0.3, duration_s=20.0),
-    Cell("hover", "opposite", 15.0, ("consumer",) * 2, duration_s=20.0),
+    Cell("hover", "opposite", 15.0, ("rtk",) * 2, duration_s=20.0, rate_hz=3.0),
+    Cell("hover", "opposite", 15.0, ("consumer",) * 3, duration_s=20.0, rate_hz=3.0),
+    Cell("orbit", "opposite", 30.0, ("consumer",) * 3, 0.3, duration_s=20.0, rate_hz=3.0),
+    Cell("hover", "opposite", 15.0, ("consumer",) * 2, duration_s=20.0, rate_hz=3.0),
 )
 
 
@@ -57,7 +60,10 @@ class Turned:
         self._estimator.add_gimbal(replace(sample, quaternion=quaternion))
 
 
-def flown(cell: Cell, seed: int, wrong: bool) -> tuple[float, float, dict[str, tuple[str, float]]]:
+Flight = tuple[float, float, dict[str, tuple[str, float]]]
+
+
+def flown(cell: Cell, seed: int, wrong: bool) -> Flight:
     """Return mean squared error, m², and NEES/2 at the end, and who was named when, s."""
     made = drones_of(cell, seed, 0.5)
     local = LocalMap(made["a"].flight.origin)
@@ -77,18 +83,35 @@ def flown(cell: Cell, seed: int, wrong: bool) -> tuple[float, float, dict[str, t
 
 
 def main() -> int:
-    """Fly and print the table."""
+    """Fly what is missing and print the table."""
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--seeds", type=int, default=4, help="of each cell (default 4)")
     parser.add_argument("--first", type=int, default=0, help="number of the first (default 0)")
+    parser.add_argument("--cells", type=int, nargs="*", help="numbers of cells (default all)")
+    parser.add_argument("--flown", type=Path, help="file that keeps the flights")
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
+    kept: dict[tuple[int, bool], Flight] = {}
+    if given.flown is not None and given.flown.is_file():
+        for line in given.flown.read_text(encoding="utf-8").splitlines():
+            seed, spoiled, *found = json.loads(line)
+            kept[seed, spoiled] = tuple(found)
+
+    def flight(number: int, seed: int, spoiled: bool) -> Flight:
+        if (seed, spoiled) not in kept:
+            kept[seed, spoiled] = flown(CELLS[number], seed, spoiled)
+            if given.flown is not None:
+                with given.flown.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps([seed, spoiled, *kept[seed, spoiled]]) + "\n")
+        return kept[seed, spoiled]
+
     rows = []
-    for number, cell in enumerate(CELLS):
+    for number in range(len(CELLS)) if given.cells is None else given.cells:
+        cell = CELLS[number]
         first = 9_000_000 + 100 * number + given.first
         flights = range(first, first + given.seeds)
-        right = [flown(cell, seed, False) for seed in flights]
-        wrong = [flown(cell, seed, True) for seed in flights]
+        right = [flight(number, seed, False) for seed in flights]
+        wrong = [flight(number, seed, True) for seed in flights]
         times = [named["b"][1] for *_, named in wrong if named.get("b", ("",))[0] == "compass"]
         others = sum(len(named) for *_, named in right)
         others += sum(len(named.keys() - {"b"}) for *_, named in wrong)

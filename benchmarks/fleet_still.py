@@ -63,7 +63,8 @@ def main() -> int:
     given = parser.parse_args()
     rows = []
     for number, cell in enumerate(CELLS):
-        seeds = range(5_000_000 + 1000 * number, 5_000_000 + 1000 * number + given.seeds)
+        first = 5_000_001 + 1000 * number
+        seeds = range(first, first + given.seeds)
         squared = np.mean([flown(cell, seed) for seed in seeds], axis=0)
         rows.append([cell.words, str(given.seeds), *(f"{math.sqrt(one):.3f}" for one in squared)])
     heads = ["flight", "flights", "alone, m", "alone, without the search, m", "together, m"]
