@@ -49,6 +49,8 @@ class CommonShare:
     def __init__(self, share: float) -> None:
         self.share = share
         self.shares = np.zeros(0)
+        self._stated = b""
+        self._priors = np.zeros(0), np.zeros(0), np.zeros(0)
         if 0.0 < share < 1.0:
             middles = (np.arange(TUNING.count) + 0.5) / TUNING.count
             equally = betaincinv(2.0 * share, 2.0 - 2.0 * share, middles)
@@ -93,24 +95,34 @@ class CommonShare:
         J = P⁻¹ - P0⁻¹ and the vector P⁻¹ m. Another prior P1 gives the covariance (J + P1⁻¹)⁻¹.
         """
         own = law.receivers
-        drones = len(stationary)
-        places = (COUNT * np.arange(drones)[:, None] + np.arange(GNSS.start, GNSS.stop)).ravel()
-        priors = np.array(
-            [joint_prior([*stationary], one)[np.ix_(places, places)]
-             for one in (self.share, *self.shares)]
-        )  # fmt: skip
-        scale = np.sqrt(priors[0].diagonal())
+        scale, inverses, sizes = self._priors_of(stationary)
         each = np.outer(scale, scale)
-        inverses = np.linalg.inv(priors / each)
         known = np.linalg.inv(law.covariance[np.ix_(own, own)] / each)
         values, vectors = np.linalg.eigh(known - inverses[0])
         told = (vectors * np.maximum(values, 0.0)) @ vectors.T
         toward = known @ (law.mean[own] / scale)
         spreads = np.linalg.inv(told + inverses[1:])
         means = spreads @ toward
-        logs = 0.5 * (
-            np.linalg.slogdet(spreads)[1] - np.linalg.slogdet(priors[1:] / each)[1]
-            + means @ toward
-        )  # fmt: skip
+        logs = 0.5 * (np.linalg.slogdet(spreads)[1] - sizes + means @ toward)
         weights = np.exp(logs - logs.max())
         return weights / weights.sum(), means * scale, spreads * each
+
+    def _priors_of(self, stationary: Sequence[Array]) -> tuple[Array, Array, Array]:
+        """Return sigmas of the receivers' offsets, inverse priors in these units, log determinants.
+
+        The first inverse is that of the share which the filter assumes; it has no determinant.
+        They are made anew only where a receiver states something else.
+        """
+        stated = b"".join(one[GNSS, GNSS].tobytes() for one in stationary)
+        if stated != self._stated:
+            firsts = COUNT * np.arange(len(stationary))[:, None]
+            places = (firsts + np.arange(GNSS.start, GNSS.stop)).ravel()
+            priors = np.array(
+                [joint_prior([*stationary], one)[np.ix_(places, places)]
+                 for one in (self.share, *self.shares)]
+            )  # fmt: skip
+            scale = np.sqrt(priors[0].diagonal())
+            priors /= np.outer(scale, scale)
+            sizes = np.linalg.slogdet(priors[1:])[1]
+            self._stated, self._priors = stated, (scale, np.linalg.inv(priors), sizes)
+        return self._priors

@@ -78,6 +78,15 @@ def test_a_share_that_is_stated_as_certain_one_drone_and_an_exact_receiver_chang
     assert CommonShare(0.5).weighed(alone, [STATED]) is alone
 
 
+def test_a_receiver_that_states_another_error_is_weighed_by_that():
+    bank, H = CommonShare(0.5), np.zeros((2, 18))
+    H[:, [0, 1]], H[:, [7, 8]] = np.eye(2), -np.eye(2)
+    for stationary in ([STATED] * 2, [STATED, 0.04 * STATED], [0.04 * STATED] * 2):
+        law, _ = measured(stationary, 0.5, H, 0.01, np.array([0.3, -0.2]))
+        expected = CommonShare(0.5).weighed(law, stationary)
+        np.testing.assert_array_equal(bank.weighed(law, stationary).mean, expected.mean)
+
+
 def test_its_prior_has_the_stated_mean():
     for share in (0.1, 0.5, 0.8):
         assert CommonShare(share).shares.mean() == pytest.approx(share, abs=0.03)
