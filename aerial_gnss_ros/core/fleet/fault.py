@@ -29,8 +29,10 @@ class FaultTuning:
     probability: float = 0.01
     """Prior probability that a certain sensor of a drone is faulty. Judged."""
     sure: float = 0.99
-    """Probability from which a drone is said to be wrong: blaming the right one is worse than
-    blaming none. Judged."""
+    """Probability that a drone is the wrong one, given that one is, from which it is said to be:
+    blaming another one is worse than blaming none. Judged."""
+    any_sure: float = 0.95
+    """Probability from which one is wrong at all. Odds of 20 to 1, as everywhere."""
     turned: float = 0.03
     """The same of a compass that is turned: by the boat's iron, or for want of the declination, it
     fails more often than anything else. Judged."""
@@ -119,10 +121,14 @@ def probabilities(suspicions: list[Suspicion]) -> list[float]:
 def culprit(suspicions: list[Suspicion]) -> Suspicion | None:
     """Return the likeliest fault of the drone that is surely wrong; None if none surely is."""
     share: dict[int, float] = {}
+    wrong = 0.0
     for one, probability in zip(suspicions, probabilities(suspicions), strict=True):
         share[one.drone] = share.get(one.drone, 0.0) + probability
+        wrong += probability
+    if wrong < TUNING.any_sure:
+        return None
     for drone, probability in share.items():
-        if probability >= TUNING.sure:
+        if probability >= TUNING.sure * wrong:
             own = [one for one in suspicions if one.drone == drone]
             return max(own, key=lambda one: one.weight)
     return None

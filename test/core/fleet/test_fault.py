@@ -44,9 +44,9 @@ def test_what_fails_more_often_is_named_on_less_evidence():
     sensors = {one.probability: one for one in FAULTS}
     often, seldom = sensors[TUNING.turned], sensors[TUNING.probability]
     assert often.sensor == "compass"
-    for ratio in (7.5, 8.6, 9.9):
-        assert (culprit([Suspicion(0, often, ratio)]) is None) == (ratio < 8.0)
-        assert (culprit([Suspicion(0, seldom, ratio)]) is None) == (ratio < 9.0)
+    for ratio in (6.0, 7.0, 8.0):
+        assert (culprit([Suspicion(0, often, ratio)]) is None) == (ratio < 6.5)
+        assert (culprit([Suspicion(0, seldom, ratio)]) is None) == (ratio < 7.6)
 
 
 def test_without_data_nothing_is_said():
@@ -58,6 +58,7 @@ def test_a_drone_is_named_only_if_no_other_could_be_it():
     surely = Suspicion(1, compass, 15.0)
     assert culprit([surely, Suspicion(0, compass, 8.0)]) is surely
     assert culprit([surely, Suspicion(0, compass, 12.0)]) is None
+    assert culprit([surely, Suspicion(0, compass, 10.5)]) is None  # 98.9 %
     assert culprit([surely, Suspicion(1, gimbal, 14.0)]) is surely  # whatever is wrong with it
     assert culprit([Suspicion(1, compass, math.log(0.5 / TUNING.probability))]) is None
     assert culprit([]) is None
