@@ -33,7 +33,7 @@ from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.samples import Array, Scalar
 from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.detection.select import load_detector
-from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, summarise
+from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, distances, summarise
 from aerial_gnss_ros.evaluation.receiver import read_fixes, relative
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 from aerial_gnss_ros.nodes.live import Heard, fly
@@ -93,15 +93,6 @@ def flown(folder: Path, seed: int, rate: float) -> Heard:
     return heard
 
 
-def apart(one: list[RobotErrors], other: list[RobotErrors]) -> Array:
-    """Return the distances of two positions of the same robot in the same image, m."""
-    found = []
-    for a, b in zip(one, other, strict=True):
-        _, first, second = np.intersect1d(a.stamps_ns, b.stamps_ns, return_indices=True)
-        found.append(np.linalg.norm(a.east_north[first] - b.east_north[second], axis=1))
-    return np.concatenate(found)
-
-
 def medians(errors: list[RobotErrors], fixes: Track, truth: Truth) -> str:
     """Return the median error, and that without the receiver's, m."""
     assert truth.drone is not None  # noqa: S101 - a simulated flight states it
@@ -141,11 +132,11 @@ def main() -> int:
             live = errors(tracks(heard.positions))
             again = errors(replayed(paths, Changed(), "filter"))
             single = errors(replayed(paths, Changed("single"), "single"))
-            changed["live"].append(apart(live, again))
+            changed["live"].append(distances(live, again))
             for words, change in CHANGES.items():
                 late, lost = change.get("late_s", 0.0), int(change.get("lost", -1))
                 other = errors(replayed(paths, Changed("filter", late, lost), "filter"))
-                changed[words].append(apart(other, again))
+                changed[words].append(distances(other, again))
         each = [medians(one, fixes, truth) for one in (live, again, single)]
         rows.append([f"seed {seed}", f"{len(heard.detections)} of {heard.images}", *each])
         print(rows[-1], file=sys.stderr, flush=True)

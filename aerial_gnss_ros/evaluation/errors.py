@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
 import numpy as np
@@ -108,6 +108,20 @@ def summarise(robots: list[RobotErrors]) -> Summary:
         float(np.sqrt(np.mean(error[:, 1] ** 2))),
         float(np.sqrt(np.mean(np.concatenate([robot.haversine for robot in found]) ** 2))),
     )
+
+
+def distances(some: Sequence[RobotErrors], others: Sequence[RobotErrors]) -> Array:
+    """Return the distances (n,) of two positions of one robot in one image, m.
+
+    Args:
+        some: of all robots, as `compare` orders them.
+        others: the same by another method.
+    """
+    found = [np.zeros(0)]
+    for one, other in zip(some, others, strict=True):
+        _, first, second = np.intersect1d(one.stamps_ns, other.stamps_ns, return_indices=True)
+        found.append(np.linalg.norm(one.east_north[first] - other.east_north[second], axis=1))
+    return np.concatenate(found)
 
 
 def refuse_strangers(estimates: Mapping[str, EstimatedTrack], truth: Mapping[str, Track]) -> None:

@@ -4,14 +4,27 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.replay import Replay
-from aerial_gnss_ros.commands.demo import demo_experiment, keep_boxes
+from aerial_gnss_ros.commands.demo import LIVE, METHODS, agreement, demo_experiment, keep_boxes
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.evaluation.errors import RobotErrors
 from aerial_gnss_ros.nodes.live import Heard
 from aerial_gnss_ros.simulation.bag import DETECTIONS_TYPE, write_bag
+
+
+def test_live_and_replayed_positions_are_compared_in_words():
+    def errors(*north):
+        stamps, none = np.arange(len(north)), np.zeros(len(north))
+        return [RobotErrors("aqua_1", "aqua_1", stamps, np.c_[none, north], none, none, 1.0)]
+
+    sentence = agreement({LIVE: errors(0.0, 1.0, 2.0), METHODS["filter"]: errors(0.0, 0.98, 2.1)})
+    assert "differ by 0.020 m (median; 95 %: 0.092 m)" in sentence
+    assert "No image has both" in agreement({LIVE: errors(), METHODS["filter"]: errors(1.0)})
 
 
 def test_a_replay_uses_the_live_boxes_of_the_first_image(tmp_path):

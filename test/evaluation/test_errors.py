@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.bags.tables import EstimatedTrack, Track
 from aerial_gnss_ros.core.geometry.geodesy import geodetic_from_enu
-from aerial_gnss_ros.evaluation.errors import compare, summarise
+from aerial_gnss_ros.evaluation.errors import compare, distances, summarise
 
 LATITUDE, LONGITUDE = math.radians(13.19), math.radians(-59.64)
 STEP_NS = 100_000_000
@@ -46,6 +46,14 @@ def test_a_constant_offset() -> None:
     assert summary.nees == pytest.approx(2.0**2 / 4.0 + 1.0, abs=1e-3)
     assert summary.sigma == pytest.approx(math.sqrt(2.5))
     assert robots[0].coverage == 1.0
+
+
+def test_two_methods_are_compared_image_by_image() -> None:
+    """Of one robot three of five images are common; the other one was never found by the second."""
+    truth = {"aqua_1": _truth(0.0), "aqua_2": _truth(50.0)}
+    some = compare({"a": _estimate(2.0, 1.0, 0, 5), "b": _estimate(50.0, 0.0)}, truth)
+    others = compare({"x": _estimate(5.0, -3.0, 2, 5)}, truth)
+    assert distances(some, others) == pytest.approx([5.0, 5.0, 5.0], rel=1e-6)
 
 
 def test_one_name_belongs_to_one_robot_for_the_whole_flight() -> None:
