@@ -66,7 +66,7 @@ class LatencyDoubtTuning:
     known_s: float = 0.1
     """Sigma of another latency below which images are taken in once more, s: above, the filter
     learns nothing else. As `sure_s` of the joint filter."""
-    interval_s: float = 0.1
+    interval_s: float = 0.4
     """Least time between images that are taken, s: some ten decide, and each costs as much as one
     in the filter. Judged."""
     decided_s: float = 30.0

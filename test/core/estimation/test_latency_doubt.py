@@ -71,7 +71,7 @@ def test_a_latency_that_nobody_states_is_found(sea, late_s):
 def test_images_count_from_the_first_telemetry_on(sea):
     """Telemetry for all candidates, 3 s either way and smoothed, is there from 6.6 s on."""
     engine = sea.estimator(STATED)
-    sea.play(engine, late_world(sea, -1.3, lambda t: (6.0 * math.sin(t), 0.0, 30.0)), 6.5)
+    sea.play(engine, late_world(sea, -1.3, lambda t: (6.0 * math.sin(t), 0.0, 30.0)), 8.0)
     assert engine.happened["latency_doubted"] == 1
 
 
