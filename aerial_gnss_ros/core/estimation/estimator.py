@@ -32,7 +32,7 @@ from aerial_gnss_ros.core.estimation.overview import overview
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.state_file import NameKeeper
 from aerial_gnss_ros.core.estimation.time_base import TimeBase
-from aerial_gnss_ros.core.identity.labels import Labels
+from aerial_gnss_ros.core.identity.labels import Box, Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.input_status import InputStatus
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
@@ -106,6 +106,7 @@ class Estimator:
         )
         self._guard = self._new_guard()
         self._behind: deque[DetectionFrame] = deque()
+        self._pending: set[Box] = set()
         finds = config.camera.find_latency and tracking is None
         searches = config.noise.value("latency_s") > 0.0
         self._doubt = LatencyDoubt(config, self._inputs) if finds and not searches else None
@@ -395,6 +396,7 @@ class Estimator:
         self._config, self._identity, self._pipeline = config, trial.identity, trial.pipeline
         self._pipeline.tracking = self._wrap(self._pipeline.tracking)
         self._behind = deque(image.frame for image in trial.waiting)
+        self._pending = trial.pending
         self._guard = self._new_guard()
         if self._log.counts["latency_doubted"]:
             return
@@ -411,6 +413,7 @@ class Estimator:
         for frame in behind:
             scene_ns = frame.stamp_ns - self._pipeline.latency.scene_ns
             self._guard.result(frame, attempt(self._inputs.at, scene_ns))
+        self._pipeline.tracking.keep_pending(self._pending)
 
     def _keep_names(self, result: FrameResult) -> None:
         """Save labels if due; positions matter more than the file."""

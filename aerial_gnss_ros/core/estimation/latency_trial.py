@@ -74,6 +74,7 @@ class LatencyTrial:
         balance: mean number of robots that its images measure beyond those of the configured
             latency.
         behind: whether images wait although their telemetry is there.
+        pending: boxes of published images that this trial decides on after it is published.
     """
 
     def __init__(
@@ -97,6 +98,7 @@ class LatencyTrial:
         self._published: dict[str, deque[RobotEstimate]] = {}
         self._apart: dict[str, RobotEstimate] = {}
         self._refused: set[Box] = set()
+        self.pending: set[Box] = set()
         self._newest_ns = 0
         for image in images:
             self._note(image)
@@ -133,13 +135,19 @@ class LatencyTrial:
         learn(self.pipeline, search)
 
     def settled(self, boxes: Settled) -> Settled:
-        """Return the decision on boxes that were pending: what the trial has not refused is used.
+        """Return the decision on boxes that were pending, but for those that are here as well.
+
+        What the trial has refused is refused, the others are used. Those of images that it has not
+        taken yet are used: whether they will be is not known.
 
         Args:
             boxes: what the configured latency's tracker has decided on ending.
         """
-        refused = tuple(one for one in boxes.refused if _box(one) in self._refused)
-        return Settled(boxes.used + len(boxes.refused) - len(refused), refused)
+        pending = {_box(one) for one in boxes.refused}
+        self.pending = self.pipeline.tracking.keep_pending(pending)
+        decided = [one for one in boxes.refused if _box(one) not in self.pending]
+        refused = tuple(one for one in decided if _box(one) in self._refused)
+        return Settled(boxes.used + len(decided) - len(refused), refused)
 
     def covered(self, result: FrameResult, probability: float) -> FrameResult:
         """Return a published result whose covariances contain this trial's positions.

@@ -21,6 +21,7 @@ from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
+from aerial_gnss_ros.core.identity.labels import Box
 from aerial_gnss_ros.core.tracker.box_account import Settled
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
 from aerial_gnss_ros.core.tracker.tracker import Tracker
@@ -160,6 +161,10 @@ class SightingTap:
     def settled(self) -> Settled:
         """Return the boxes decided since the last call."""
         return self._tracker.settled()
+
+    def keep_pending(self, boxes: set[Box]) -> set[Box]:
+        """Leave the decision on other boxes to another tracker."""
+        return self._tracker.keep_pending(boxes)
 
     def end(self) -> None:
         """Decide on all boxes."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.identity.labels import Box
 from aerial_gnss_ros.core.tracker.score_evidence import log_odds
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.rejection import Cause, Reason, Rejection
@@ -93,6 +94,20 @@ class BoxAccount:
                 self._refuse(track.pending_boxes[:1], self._clutter(track))
                 track.pending_boxes = track.pending_boxes[1:]
 
+    @staticmethod
+    def keep_pending(tracks: Iterable[Track], boxes: set[Box]) -> set[Box]:
+        """Forget all pending boxes but some, and return which of these are pending.
+
+        Args:
+            tracks: of the boxes.
+            boxes: those that nobody else has decided on.
+        """
+        kept: set[Box] = set()
+        for track in tracks:
+            track.pending_boxes = tuple(one for one in track.pending_boxes if one in boxes)
+            kept.update(track.pending_boxes)
+        return kept
+
     def confirm(self, tracks: Iterable[Track]) -> None:
         """Count the pending boxes of labelled tracks as used."""
         for track in tracks:
@@ -116,7 +131,7 @@ class BoxAccount:
                 self._refuse(track.pending_boxes, self._cause(track, hits, images, confused))
                 track.pending_boxes = ()
 
-    def _refuse(self, boxes: tuple[tuple[int, float, float], ...], cause: Cause) -> None:
+    def _refuse(self, boxes: tuple[Box, ...], cause: Cause) -> None:
         self._refused += [Rejection(t, Reason.UNCONFIRMED, u, v, cause) for t, u, v in boxes]
 
     def _cause(self, track: Track, hits: int, images: int, confused: bool) -> Cause:

@@ -16,6 +16,7 @@ from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
+from aerial_gnss_ros.core.identity.labels import Box
 from aerial_gnss_ros.core.tracker.box_account import Settled
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import Current, PlatformError, RobotEstimate
@@ -89,6 +90,16 @@ class Tracking(Protocol):
 
     def settled(self) -> Settled:
         """Return the boxes decided since the last call (see `BoxAccount`)."""
+
+    def keep_pending(self, boxes: set[Box]) -> set[Box]:
+        """Leave the decision on all pending boxes but some to another tracker.
+
+        Args:
+            boxes: those that it leaves to this one.
+
+        Returns:
+            Which of them are pending.
+        """
 
     def end(self) -> None:
         """Decide on all boxes: the recording has ended."""

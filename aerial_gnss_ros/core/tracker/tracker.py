@@ -34,7 +34,7 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements, measurements
 from aerial_gnss_ros.core.identity.encounters import Encounters
-from aerial_gnss_ros.core.identity.labels import Labels
+from aerial_gnss_ros.core.identity.labels import Box, Labels
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.references.candidates import Expected
 from aerial_gnss_ros.core.references.references import References
@@ -204,6 +204,10 @@ class Tracker:
     def settled(self) -> Settled:
         """Return the boxes decided since the last call (see `Tracking`)."""
         return self._account.drain()
+
+    def keep_pending(self, boxes: set[Box]) -> set[Box]:
+        """Leave the decision on other boxes to another tracker (see `Tracking`)."""
+        return self._account.keep_pending(self.table.tracks, boxes)
 
     def end(self) -> None:
         """Decide on all boxes (see `Tracking`)."""

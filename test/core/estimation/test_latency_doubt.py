@@ -23,13 +23,11 @@ def to_and_fro(t, amplitude_m=8.0):
     return amplitude_m * math.sin(0.5 * t), 0.0, 30.0
 
 
-def late_world(sea, late_s, drone=to_and_fro):
+def late_world(sea, late_s, drone=to_and_fro, **boxes):
     """A world whose images stamped t show t - late_s."""
-    rpy_deg = lambda _t: (0.0, 60.0, 90.0)  # noqa: E731
-    world = sea.World(drone=drone, rpy_deg=rpy_deg, robots=ROBOTS, pixel_sigma=2.0)
-    seen = sea.World(
-        drone=lambda t: drone(t - late_s), rpy_deg=rpy_deg, robots=ROBOTS, pixel_sigma=2.0
-    )
+    given = {"rpy_deg": lambda _t: (0.0, 60.0, 90.0), "robots": ROBOTS, "pixel_sigma": 2.0, **boxes}
+    world = sea.World(drone=drone, **given)
+    seen = sea.World(drone=lambda t: drone(t - late_s), **given)
     world.frame = seen.frame
     return world
 
@@ -116,6 +114,14 @@ def test_a_trial_is_published_once_it_has_caught_up(sea, monkeypatch):
     )
     sea.play(engine, late_world(sea, 1.0), 20.0, images=5)
     assert waited == [0, 0]  # with a latency that is not known, and with one that is
+
+
+def test_each_box_is_used_or_refused_once(sea):
+    """Also those that were pending when another tracker began to be published."""
+    engine = sea.estimator(STATED)
+    sea.play(engine, late_world(sea, 1.0, clutter=3.0, missed=0.1), 20.0, images=5)
+    assert engine.happened["latency_doubted"] == 1
+    assert engine.boxes == engine.used + engine.counts.total()
 
 
 def test_the_configured_latency_is_kept_to_the_last_bit(sea):

@@ -94,10 +94,12 @@ def test_positions_of_different_times_are_not_compared(sea, trial):
 
 def test_a_pending_box_is_refused_if_the_trial_refuses_it_too(sea, trial):
     now = sea.stamp(1.0)
+    trial.pipeline.tracking.keep_pending = lambda boxes: boxes & {(now, 3.0, 5.0), (now, 4.0, 5.0)}
     boxes = [Rejection(now, Reason.UNCONFIRMED, u, 5.0) for u in (1.0, 2.0, 3.0)]
     trial.gives = [result(now, refused=(Rejection(now, Reason.GATED, 2.0, 5.0),))]
     trial.add(seen(sea.boxes(1.0, []), result(now), {}))
-    assert trial.settled(Settled(4, tuple(boxes))) == Settled(6, (boxes[1],))
+    assert trial.settled(Settled(4, tuple(boxes))) == Settled(5, (boxes[1],))
+    assert trial.pending == {(now, 3.0, 5.0)}
 
 
 def test_the_better_known_latency_is_gone_on_with(trial):
