@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -238,16 +238,28 @@ def bounds(
     return bound(stated, made.camera, true, LocalMap(ORIGIN), known)
 
 
-def robots_of(found: list[FrameResult], true: list[TrueFrame]) -> dict[str, int]:
+_NEVER = 1e12  # m², of a name and a robot that its class rules out
+
+
+def robots_of(
+    found: list[FrameResult], true: list[TrueFrame], singular: Mapping[str, int] | None = None
+) -> dict[str, int]:
     """Return which true robot each name is: two names may share one.
 
     It is the nearest over the name's first `OWN_S`: should the name go to another robot later, it
     still is the first one's, and where that is, is what the covariance has to hold. The best
     assignment over all names comes first, by squared distances, so that an error which all share
     does not matter; names beyond the robots take their nearest.
+
+    Args:
+        found: results.
+        true: truth of the same images.
+        singular: the only robot of a class, by class, where there is one.
     """
     from scipy.optimize import linear_sum_assignment
 
+    singular = singular or {}
+    alone = {*singular.values()}
     total: dict[str, Array] = {}
     images: dict[str, int] = {}
     since: dict[str, int] = {}
@@ -257,6 +269,9 @@ def robots_of(found: list[FrameResult], true: list[TrueFrame]) -> dict[str, int]
             if now - since.setdefault(estimate.robot_id, now) > OWN_S * 1e9:
                 continue
             apart = np.sum((frame.positions - estimate.position) ** 2, axis=1)
+            only = singular.get(estimate.class_id)
+            others = [k != only if only is not None else k in alone for k in range(len(apart))]
+            apart[others] = _NEVER
             total[estimate.robot_id] = total.get(estimate.robot_id, 0.0) + apart
             images[estimate.robot_id] = images.get(estimate.robot_id, 0) + 1
     names = sorted(total)
@@ -265,5 +280,6 @@ def robots_of(found: list[FrameResult], true: list[TrueFrame]) -> dict[str, int]
     cost = np.array([total[name] / images[name] for name in names])
     rows, columns = linear_sum_assignment(cost)
     given = {name: int(np.argmin(cost[i])) for i, name in enumerate(names)}
-    given.update({names[row]: int(column) for row, column in zip(rows, columns, strict=True)})
+    pairs = zip(rows, columns, strict=True)
+    given.update({names[row]: int(column) for row, column in pairs if cost[row, column] < _NEVER})
     return given

@@ -251,7 +251,8 @@ def score(
     limits: Array, known: Array,
 ) -> Record:  # fmt: skip
     """Return the sums over the positions that are judged."""
-    names, first = robots_of(found, true), int(world.has_reference)
+    names = robots_of(found, true, {"beacon": 0} if world.has_reference else {})
+    first = int(world.has_reference)
     sums = dict.fromkeys(("squares", "bound", "known", "published", "nees"), 0.0)
     samples = wanted = 0
     nearer: dict[str, list[bool]] = {}

@@ -26,7 +26,6 @@ from aerial_gnss_ros.core.association.decision import NO_PAIRS, Association
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
@@ -52,9 +51,6 @@ class MatcherTuning:
     common_median: float = 2.0
     """Median of the robots' means above which they have a common cause: latency, or a wrong
     compass. Judged."""
-    from_boxes: float = 6.0
-    """Greatest variance of an innovation that follows from boxes' noise, in variances of a box: of
-    one against the extrapolation of two, 1 + 4 + 1."""
     turn_share: float = 0.25
     """Inflation of a manoeuvring robot's velocity sigma, as a share of `MotionModel.speed_sigma`.
     Judged."""
@@ -99,11 +95,8 @@ class Matcher:
         # Beyond, a pair is neither a near miss nor a manoeuvre.
         kind = self._kinds(tracks, stamp_ns)
         swerve = self.threshold * (MOTION_MODEL.swerve_s * self._filter.motions.largest) ** 2
-        wider = self._filter.noise.gate(self.threshold) / self.threshold
-        reach = ASSIGNMENT.near_gate_radii**2 * self.threshold
-        pairs = self._filter.compare(seen, wider * reach, swerve)
-        distances = _as_far_as_noise_is_known(pairs, seen.white, wider)
-        classes = seen.class_ids.tolist()
+        pairs = self._filter.compare(seen, ASSIGNMENT.near_gate_radii**2 * self.threshold, swerve)
+        distances, classes = mahalanobis(pairs.offsets, pairs.spread), seen.class_ids.tolist()
         return CandidatePairs.of_image(pairs, distances, kind, tracks, classes, self.threshold)
 
     def assign(
@@ -271,25 +264,6 @@ class Matcher:
         self.scene_mismatch = mismatch
         self._reported &= mismatch
         return mismatch
-
-
-def _as_far_as_noise_is_known(
-    pairs: PairInnovations, white: Array, wider: float
-) -> tuple[Array, Array]:
-    """Return squared Mahalanobis distances and log determinants, see `NoiseLevel.gate`.
-
-    Args:
-        pairs: innovations of robots and boxes.
-        white: (m, 2, 2) noise of the boxes, m².
-        wider: factor of the squared distance at the edge of a gate, and so of the part of
-            covariances that follows from boxes' noise.
-    """
-    squared, wide = mahalanobis(pairs.offsets, pairs.spread)
-    noise, whole = white[pairs.columns], pairs.spread
-    of_boxes = TUNING.from_boxes * (noise[:, 0, 0] + noise[:, 1, 1])
-    share = np.minimum(of_boxes / np.maximum(whole[:, 0, 0] + whole[:, 1, 1], 1e-12), 1.0)
-    factor = 1.0 + (wider - 1.0) * share
-    return squared / factor, wide + 2.0 * np.log(factor)
 
 
 def _new(candidates: CandidatePairs, chosen: list[int], decided: Association) -> list[int]:

@@ -12,8 +12,8 @@ consecutive innovations cancel what is constant or linear in time; for white noi
 covariance S1 + 4 S2 + S3. The median of their normalised squares is robust against single images in
 which a fault begins or a box is misassociated.
 
-Before it is known, innovations have Student's t distribution, so gates are wider (`gate`): narrow
-ones would refuse most boxes of noisy sensors, and with these the evidence of their noise.
+Before it is known, innovations have Student's t distribution, whose variance (`unknown`) the test
+for a rotating camera expects.
 
 Only robots tell it, not new tracks: where false boxes are all there is, the level would grow until
 they were confirmed. What boxes told before the level was found counted too much, which is made good
@@ -136,18 +136,6 @@ class NoiseLevel:
         self.level = self._seems if sure else 1.0
         if self._all and self.level > TUNING.counts_anew * self._counted:
             self.underestimated = self.level / self._counted
-
-    def gate(self, threshold: float) -> float:
-        """Return the edge of a gate that contains as much while the level is not known exactly.
-
-        With a scaled inverse chi-square posterior of the level an innovation has Student's t
-        distribution, whose squared distance in the plane contains what the Gaussian's T does up to
-        n (exp(T / n) - 1), n its degrees of freedom.
-
-        Args:
-            threshold: squared Mahalanobis distance at the edge of the gate if it were known.
-        """
-        return self._scale() * self._degrees * math.expm1(threshold / self._degrees)
 
     @property
     def unknown(self) -> float:

@@ -16,6 +16,7 @@ from aerial_gnss_ros.core.association.matcher import TUNING as MATCHER
 from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.values.estimates import State
@@ -36,26 +37,13 @@ def _joint(pairs, speed=0.0):
         compare=lambda *_: pairs,
         motions=SimpleNamespace(largest=speed),
         speeds=lambda _: speed,
-        noise=SimpleNamespace(level=1.0, gate=lambda threshold: threshold),
+        noise=NoiseLevel(),
     )
 
 
 def decided(matcher, tracks, seen, now):
     """Return what a matcher decides of an image."""
     return matcher.assign(tracks, matcher.gate(tracks, seen, now), len(seen.index), now)
-
-
-@pytest.mark.parametrize(("white", "matched"), [(1.0, 1), (0.1, 1), (0.01, 0)])
-def test_gates_are_as_wide_as_the_noise_of_boxes_is_unknown(white, matched):
-    """A box 4 sigmas away; motion that is unknown is known to be so."""
-    pairs = PairInnovations(
-        np.zeros(1, np.intp), np.zeros(1, np.intp), np.array([[4.0, 0.0]]), np.eye(2)[None]
-    )
-    track, joint = Track("aqua", 0, 9, State.COASTING, "aqua_1", (9,)), _joint(pairs)
-    seen = replace(boxes(1), white=white * np.eye(2)[None])
-    assert decided(Matcher(joint, 9.0, 2.0), [track], seen, 10).matched == 0
-    joint.noise.gate = lambda threshold: 3.0 * threshold
-    assert decided(Matcher(joint, 9.0, 2.0), [track], seen, 10).matched == matched
 
 
 def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one():
