@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Position and velocity density of a robot out of view, with which new tracks are compared.
 
-A mixture of three equally weighted models: the robot stays where it dived; it wanders about there
-at its usual speed; or it continues straight on. Velocity at the return distinguishes them, too: a
+A mixture of four equally weighted models: the robot stays where it dived; it wanders about there at
+its usual speed; it continues straight on; or it does whatever the filter's motion model allows,
+which sets the gate and the published covariance. Velocity at the return distinguishes them, too: a
 robot that continued straight on still has about its old velocity, the more so the closer it is to
 the extrapolated position.
 
@@ -29,6 +30,8 @@ Array = NDArray[np.float64]
 class ReturnPositionTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
+    part_share: float = 0.25
+    """Weight of each of the four models. Judged."""
     stays_mps: float = 0.08
     """Speed of a robot that stays where it dived, each axis, m/s. Judged."""
     course_share: float = 0.3
@@ -150,10 +153,12 @@ class ReturnPosition:
             track, unseen, offsets - (unseen - arm) * track.velocity,
             _reduced(spread, grown) + further, velocities,
         )  # fmt: skip
-        stays = usual * _normal(held, _reduced(spread, grown - self._wander(unseen, slow)))
-        wander = _reduced(spread, grown - self._wander(unseen, usual_speed))
-        mixture: Array = (stays + usual * _normal(offsets, wander) + straight) / 3.0
-        return mixture
+        return TUNING.part_share * (
+            usual * _normal(held, _reduced(spread, grown - self._wander(unseen, slow)))
+            + usual * _normal(offsets, _reduced(spread, grown - self._wander(unseen, usual_speed)))
+            + straight
+            + _normal(offsets, spread)
+        )
 
     def _straight(
         self,

@@ -20,8 +20,8 @@ from aerial_gnss_ros.core.values.estimates import State
 MOTION = MotionModel(0.05, 0.75)
 GONE_S = 10.0
 VELOCITY = np.array([0.5, 0.0])
-STRAIGHT = 1.0 / 3.0 / (2.0 * np.pi * (0.3 * 0.5 * GONE_S) ** 2)
-"""A third of robots go straight on, off by 0.3 of their way; where this leads, 1/m²."""
+STRAIGHT = 0.25 / (2.0 * np.pi * (0.3 * 0.5 * GONE_S) ** 2)
+"""A quarter of robots go straight on, off by 0.3 of their way; where this leads, 1/m²."""
 
 
 def _coasted():
