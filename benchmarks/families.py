@@ -242,11 +242,12 @@ _NEVER = 1e12  # m², of a name and a robot that its class rules out
 
 
 def robots_of(
-    found: list[FrameResult], true: list[TrueFrame], singular: Mapping[str, int] | None = None
-) -> dict[str, int]:
+    found: list[FrameResult], true: list[TrueFrame], singular: Mapping[str, int] | None = None,
+    own_s: float = OWN_S,
+) -> dict[str, int]:  # fmt: skip
     """Return which true robot each name is: two names may share one.
 
-    It is the nearest over the name's first `OWN_S`: should the name go to another robot later, it
+    It is the nearest over the name's first seconds: should the name go to another robot later, it
     still is the first one's, and where that is, is what the covariance has to hold. The best
     assignment over all names comes first, by squared distances, so that an error which all share
     does not matter; names beyond the robots take their nearest.
@@ -255,6 +256,7 @@ def robots_of(
         found: results.
         true: truth of the same images.
         singular: the only robot of a class, by class, where there is one.
+        own_s: these first seconds, s.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -266,7 +268,7 @@ def robots_of(
     for result, frame in zip(found, true, strict=True):
         for estimate in result.estimates:
             now = frame.pose.stamp_ns
-            if now - since.setdefault(estimate.robot_id, now) > OWN_S * 1e9:
+            if now - since.setdefault(estimate.robot_id, now) > own_s * 1e9:
                 continue
             apart = np.sum((frame.positions - estimate.position) ** 2, axis=1)
             only = singular.get(estimate.class_id)

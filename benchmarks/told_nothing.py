@@ -251,7 +251,8 @@ def score(
     limits: Array, known: Array,
 ) -> Record:  # fmt: skip
     """Return the sums over the positions that are judged."""
-    names = robots_of(found, true, {"beacon": 0} if world.has_reference else {})
+    # In its first seconds a name may be nearest to another robot: a latency is not found yet.
+    names = robots_of(found, true, {"beacon": 0} if world.has_reference else {}, math.inf)
     first = int(world.has_reference)
     sums = dict.fromkeys(("squares", "bound", "known", "published", "nees"), 0.0)
     samples = wanted = 0
