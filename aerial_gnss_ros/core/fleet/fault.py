@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
+from aerial_gnss_ros.core.models.evidence import UNCLEAR
 from aerial_gnss_ros.core.models.platform_model import COUNT, PLATFORM
 
 Array = NDArray[np.float64]
@@ -31,11 +32,9 @@ class FaultTuning:
     sure: float = 0.99
     """Probability that a drone is the wrong one, given that one is, from which it is said to be:
     blaming another one is worse than blaming none. Judged."""
-    any_sure: float = 0.95
-    """Probability from which one is wrong at all. Odds of 20 to 1, as everywhere."""
     turned: float = 0.03
-    """The same of a compass that is turned: by the boat's iron, or for want of the declination, it
-    fails more often than anything else. Judged."""
+    """The same as `probability` of a compass that is turned: by iron, or for want of the
+    declination, it fails more often than anything else. Judged."""
     turned_rad: float = math.radians(15.0)
     """One sigma of such a compass, rad. Judged."""
     compass_rad: float = math.radians(60.0)
@@ -125,7 +124,7 @@ def culprit(suspicions: list[Suspicion]) -> Suspicion | None:
     for one, probability in zip(suspicions, probabilities(suspicions), strict=True):
         share[one.drone] = share.get(one.drone, 0.0) + probability
         wrong += probability
-    if wrong < TUNING.any_sure:
+    if wrong < 1.0 - UNCLEAR:
         return None
     for drone, probability in share.items():
         if probability >= TUNING.sure * wrong:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS, UNCLEAR
 from aerial_gnss_ros.core.references.candidates import Candidate, NamedTrack
 from aerial_gnss_ros.core.references.hypotheses import Hypothesis
 from aerial_gnss_ros.core.references.position_law import PositionLaw
@@ -22,9 +23,6 @@ class ReferenceReportTuning:
 
     said_after_s: float = 2.0
     """Time after which a reference that is not used is reported, s. Judged."""
-    not_it: float = 0.05
-    """Probability below which a track is called not the reference, and odds from which it is said
-    that it has moved. Odds of 20 to 1."""
 
 
 TUNING = ReferenceReportTuning()
@@ -105,12 +103,12 @@ class ReferenceReport:
         metres, row = min(distances)
         label = tracks[row].robot_id
         motion = one.motion(row)
-        if motion.nats < math.log(TUNING.not_it):
+        if motion.nats < -CLEAR_NATS:
             return (
                 f"{begin}: {label} has moved by {motion.metres:.1f} m, which what has a position "
                 "cannot; give it a topic, or a radius_m."
             )
-        if likely > 1.0 - TUNING.not_it > likeliest:
+        if likely > 1.0 - UNCLEAR > likeliest:
             return f"{begin}: it may be one of several of its class; give it a class of its own."
         own = law.places([row])
         sigma = math.sqrt(float(np.trace(law.covariance[np.ix_(own, own)] + one.spread)) / 2.0)
@@ -118,10 +116,10 @@ class ReferenceReport:
             f"{begin}: {label} is seen {metres:,.1f} m from where it should be (one sigma without "
             f"references {sigma:.1f} m)"
         )
-        if likely > 1.0 - TUNING.not_it:
+        if likely > 1.0 - UNCLEAR:
             return f"{seen}; it is used once that is more certain."
         others = ", ".join(sorted(links)) or "the receiver"
-        if likely > TUNING.not_it:
+        if likely > UNCLEAR:
             others = "the receiver or another reference"
         return (
             f"{seen}, which contradicts {others}; check the position, and which "
