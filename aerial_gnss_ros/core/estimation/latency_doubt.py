@@ -28,6 +28,7 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial, learn
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
+from aerial_gnss_ros.core.filter.joint_filter import TUNING as JOINT_FILTER
 from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
@@ -63,9 +64,9 @@ class LatencyDoubtTuning:
     settled_apart_s: float = 0.25
     """Latencies nearer to the configured one do not keep the question open, s: they take long to
     tell apart. Judged."""
-    known_s: float = 0.1
+    known_s: float = JOINT_FILTER.sure_s
     """Sigma of another latency below which images are taken in once more, s: above, the filter
-    learns nothing else. As `sure_s` of the joint filter."""
+    learns nothing else."""
     interval_s: float = 0.4
     """Least time between images that are taken, s: some ten decide, and each costs as much as one
     in the filter. Judged."""
@@ -226,7 +227,7 @@ class LatencyDoubt:
         self.doubted = likelier and trial.balance > -TUNING.fewer_robots
         if self.doubted:
             self.open = False
-            trial.learn(self._learnt())
+            learn(trial.pipeline, self._learnt())
         return self.doubted
 
     def _learn_more(self, stamp_ns: int, unlabelled: bool) -> None:

@@ -21,6 +21,7 @@ import numpy as np
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
+from aerial_gnss_ros.core.estimation.recent_images import TUNING as RECENT_IMAGES
 from aerial_gnss_ros.core.estimation.recent_images import SeenImage
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.identity.labels import Box, Labels
@@ -42,7 +43,7 @@ class LatencyTrialTuning:
     """Weight of an image in the balance of measured robots, of the next one's. Judged."""
     most_waiting: int = 1000
     """Greatest number of images that wait for telemetry. Judged."""
-    kept_ns: int = 15_000_000_000
+    kept_ns: int = RECENT_IMAGES.kept_ns
     """How long published positions are compared with those of this trial, ns: as long as images are
     kept that it begins with."""
     catch_up_hz: float = 40.0
@@ -129,10 +130,6 @@ class LatencyTrial:
             while frame.stamp_ns - kept[0].stamp_ns > TUNING.kept_ns:
                 kept.popleft()
         self.waiting.append(image)
-
-    def learn(self, search: LatencySearch) -> None:
-        """Go on with another search if that knows the latency better."""
-        learn(self.pipeline, search)
 
     def settled(self, boxes: Settled) -> Settled:
         """Return the decision on boxes that were pending, but for those that are here as well.

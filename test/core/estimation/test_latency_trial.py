@@ -12,7 +12,7 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.estimation import latency_trial
-from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
+from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial, learn
 from aerial_gnss_ros.core.estimation.recent_images import SeenImage
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.identity.labels import Labels
@@ -105,10 +105,10 @@ def test_a_pending_box_is_refused_if_the_trial_refuses_it_too(sea, trial):
 def test_the_better_known_latency_is_gone_on_with(trial):
     own = trial.pipeline.latency
     own.found = (1.0, 0.1)
-    trial.learn(SimpleNamespace(found=(1.1, 0.2)))
+    learn(trial.pipeline, SimpleNamespace(found=(1.1, 0.2)))
     assert trial.pipeline.latency is own
     better = SimpleNamespace(found=(1.1, 0.05))
-    trial.learn(better)
+    learn(trial.pipeline, better)
     assert trial.pipeline.latency is better
 
 
