@@ -21,7 +21,6 @@ from aerial_gnss_ros.core.numerics import linear_assignment
 from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.telemetry.reference_places import is_reference
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
-from aerial_gnss_ros.core.values.events import ErrorText, WarningText
 from aerial_gnss_ros.core.values.samples import Scalar
 from aerial_gnss_ros.detection.background import begun
 from aerial_gnss_ros.nodes import qos
@@ -101,7 +100,7 @@ class EstimatorNode(SupervisedNode):
     def destroy_node(self) -> None:
         """Save the robots' labels if a state file is set, then destroy the node."""
         self._estimator.flush()
-        self._log_events()
+        self.log_sentences(self._estimator.take_events())
         super().destroy_node()
 
     def _subscribe(self, subscription: Subscription) -> None:
@@ -173,7 +172,7 @@ class EstimatorNode(SupervisedNode):
             self._publish(result)
         if self._sightings is not None and results:
             self._sightings.send(results[-1].datum)
-        self._log_events()
+        self.log_sentences(self._estimator.take_events())
 
     def _publish(self, result: FrameResult) -> None:
         self._images += 1
@@ -209,15 +208,6 @@ class EstimatorNode(SupervisedNode):
     def _passing_ns(self) -> int:
         """Return a time for differences: simulated time, or else a clock that is never stepped."""
         return self.now_ns() if self.get_clock().ros_time_is_active else self.steady_ns()
-
-    def _log_events(self) -> None:
-        for sentence in self._estimator.take_events():
-            if isinstance(sentence, ErrorText):
-                self.get_logger().error(sentence)
-            elif isinstance(sentence, WarningText):
-                self.get_logger().warning(sentence)
-            else:
-                self.get_logger().info(sentence)
 
     def fixed(self, name: str) -> str:
         """Return why a parameter cannot be changed now; empty if it can."""

@@ -30,7 +30,6 @@ from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.fleet.shore import Link, Shore
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum
-from aerial_gnss_ros.core.values.events import WarningText
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.diagnostics import OK, STALE, WARN, Status
 from aerial_gnss_ros.nodes.inputs import ONCE
@@ -123,7 +122,8 @@ class FleetNode(SupervisedNode):
                 "the clock has gone backward: the fleet begins anew, and robots get new names"
             )
         result = self._shore.advance()
-        self._log_notes()
+        self.log_sentences(self._shore.notes)
+        self._shore.notes.clear()
         if result is not None:
             self._results += 1
             self._stamp_ns = result.stamp_ns
@@ -132,15 +132,6 @@ class FleetNode(SupervisedNode):
             result = self._predicted()
         if result is not None:
             self._overviews.keep(self._positions.send(result))
-
-    def _log_notes(self) -> None:
-        """Say what has become of references."""
-        for note in self._shore.notes:
-            if isinstance(note, WarningText):
-                self.get_logger().warning(note)
-            else:
-                self.get_logger().info(note)
-        self._shore.notes.clear()
 
     def _predicted(self) -> FrameResult | None:
         """Return predicted positions while all drones are silent, so that no message grows old."""

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible, qos_po
 
 from aerial_gnss_ros.adapters.parameter_files import foreign, left_out, read, ros_parameters
 from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.core.values.events import ErrorText, WarningText
 from aerial_gnss_ros.nodes import qos
 from aerial_gnss_ros.nodes.arrivals import SECOND_NS, Arrivals
 from aerial_gnss_ros.nodes.diagnostics import (
@@ -277,6 +278,16 @@ class SupervisedNode(Node):  # type: ignore[misc]  # rclpy has no complete types
             if len(self._said) > _MOST_SAID:  # sentences that contain numbers are always new
                 del self._said[next(iter(self._said))]
             self.get_logger().warning(sentence)
+
+    def log_sentences(self, sentences: Iterable[str]) -> None:
+        """Log sentences of the core, each by how serious its type says it is."""
+        for sentence in sentences:
+            if isinstance(sentence, ErrorText):
+                self.get_logger().error(sentence)
+            elif isinstance(sentence, WarningText):
+                self.get_logger().warning(sentence)
+            else:
+                self.get_logger().info(sentence)
 
     @abstractmethod
     def statuses(self) -> list[Status]:
