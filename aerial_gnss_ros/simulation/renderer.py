@@ -36,6 +36,11 @@ COARSE = 40
 """px between the rays that set the exposure."""
 
 
+def noise_seed(t_s: float, part: Window) -> int:
+    """Return the seed of the sensor noise of a part of the image at a time."""
+    return abs(round(t_s * 1e6)) * 4096 + part.x + 64 * part.y
+
+
 class Renderer:
     """Renders one scene.
 
@@ -99,8 +104,7 @@ class Renderer:
             for plane, new in zip(planes, after, strict=True):
                 plane[rows, columns] = new
         image = self._developer.tone(planes, gain, part, size)
-        seed = abs(round(t_s * 1e6)) * 4096 + part.x + 64 * part.y
-        image = self._developer.finish(image, seed)
+        image = self._developer.finish(image, noise_seed(t_s, part))
         labels = [
             label
             for body in bodies

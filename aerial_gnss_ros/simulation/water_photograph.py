@@ -22,6 +22,7 @@ from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.mesh import Mesh
 from aerial_gnss_ros.simulation.over_photograph import LUMA, PhotographRenderer, matching_gain
 from aerial_gnss_ros.simulation.planes import F32, U8, merge
+from aerial_gnss_ros.simulation.renderer import noise_seed
 from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.shading import Shader
 from aerial_gnss_ros.simulation.view import ViewPose, Window
@@ -95,8 +96,7 @@ class WaterRenderer(PhotographRenderer):
         image, labels = self.draw_into(
             sea, camera, pose, t_s, robots, props, window=part, softness_px=self.scene.blur_px
         )
-        seed = abs(round(t_s * 1e6)) * 4096 + part.x + 64 * part.y
-        return self._noise.finish(image, seed), labels
+        return self._noise.finish(image, noise_seed(t_s, part)), labels
 
     def _photographed(self, camera: CameraModel, pose: ViewPose, part: Window) -> U8:
         """Return the photograph as the camera sees it on the water, under the rendered sky."""
