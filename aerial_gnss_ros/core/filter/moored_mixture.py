@@ -4,8 +4,8 @@
 
 Which law holds is never decided. Each is weighed by its evidence (`moored`), and what is published
 has the mixture's moments, robot by robot: one that may have left the others swims with that
-probability. No law's evidence falls further behind than what may have changed since: boats cast
-off, and a tide turns.
+probability. So does one that no image shows any more: nothing would tell that it leaves. No law's
+evidence falls further behind than what may have changed since: boats cast off, and a tide turns.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from aerial_gnss_ros.core.filter.recalibration import CalibrationChange, likelie
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import Outcome
 from aerial_gnss_ros.core.models.evidence import UNCLEAR
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 from aerial_gnss_ros.core.values.estimates import Current
@@ -89,6 +90,7 @@ class MooredGroup:
         """Put in the mixture's moments (see `MooredMixture`)."""
         weights, rows = self.weights(), self.base.rows
         n = len(rows)
+        shown = np.exp(-self.base.unseen / MOTION_MODEL.held_s)
         shares = np.zeros((3, n))
         means, blocks = np.tile(mean[rows], (3, 1, 1)), np.tile(covariance[rows], (3, 1, 1, 1))
         for i, one in enumerate(self.both, 1):
@@ -99,7 +101,7 @@ class MooredGroup:
             slots = places[there]
             states, own = published(one.law, self.base)
             means[i, there], blocks[i, there] = one.leaving.mix(slots, states[slots], own[slots])
-            shares[i, there] = weights[i]
+            shares[i, there] = weights[i] * shown[there]
         shares[0] = 1.0 - shares[1:].sum(axis=0)
         mixed = (shares[:, :, None] * means).sum(axis=0)
         apart = means - mixed

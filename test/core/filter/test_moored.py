@@ -28,13 +28,13 @@ ORBIT = {
 PLACES = {"a": (2.0, 21.0), "b": (-3.0, 18.0), "c": (1.0, 15.0)}
 
 
-def robots(drift=(0.0, 0.0), leaves=math.inf):
+def robots(drift=(0.0, 0.0), leaves=math.inf, speed=0.3):
     """Return robots: all go with a current, one swims off at a time."""
 
     def place(name):
         def at(t):
             east, north = PLACES[name]
-            off = 0.3 * max(t - leaves, 0.0) if name == "a" else 0.0
+            off = speed * max(t - leaves, 0.0) if name == "a" else 0.0
             return east + drift[0] * t + off, north + drift[1] * t
 
         return at
@@ -104,6 +104,27 @@ def test_covariances_cover_a_robot_that_casts_off(sea, seed):
     assert max(sizes) < 13.8
     assert np.mean(sizes) / 2.0 < 1.6
     assert max(error for t, error in errors if t > 22.0) < 0.35
+
+
+def test_predictions_cover_a_robot_that_casts_off_unseen(sea):
+    """The detector misses all robots from when one swims off at 1 m/s."""
+    world = sea.World(
+        robots=robots(leaves=20.0, speed=1.0), hidden=lambda _name, t: t > 20.0, **ORBIT
+    )
+    results = sea.play(sea.estimator(RTK), world, 32.0)
+    seen = next(one for one in reversed(results) if one.stamp_ns <= sea.stamp(20.0))
+    named = {
+        one.robot_id: min(PLACES, key=lambda name: math.dist(PLACES[name], one.position))
+        for one in seen.estimates
+    }
+    sizes = []
+    for result in results:
+        t = (result.stamp_ns - sea.stamp(0.0)) * 1e-9
+        for one in result.estimates if t > 20.0 else ():
+            off = one.position - world.robots[named[one.robot_id]](t)
+            sizes.append(float(off @ np.linalg.solve(one.covariance[:2, :2], off)))
+    assert len(sizes) == len(PLACES) * 120
+    assert max(sizes) < 13.8
 
 
 HEADING = COUNT - 2

@@ -12,6 +12,7 @@ import pytest
 
 from aerial_gnss_ros.core.filter.casting_off import CastingOff
 from aerial_gnss_ros.core.filter.moored_mixture import TUNING, MooredGroup, MooredMixture
+from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 
 
 def law(ids, east, variance):
@@ -32,6 +33,7 @@ def group(ids=(5, 7), rows=(1, 0)):
     base = SimpleNamespace(
         ids=np.array(ids),
         rows=np.array(rows),
+        unseen=np.zeros(len(ids)),
         velocity_changes=SimpleNamespace(position_covariances=np.zeros((len(ids), 2, 2))),
     )
     return MooredGroup(base)
@@ -85,6 +87,16 @@ def test_a_robot_that_a_law_does_not_have_swims():
     mean, covariance = moments(made)
     assert (mean[1, 0], covariance[1, 0, 0]) == (0.0, 1.0)
     assert mean[0, 0] == pytest.approx(3.0)
+
+
+def test_a_robot_that_no_image_shows_may_have_left():
+    made = group()
+    tried(made.both[0], 50.0, 3.0, 0.1)
+    made.base.unseen[0] = MOTION_MODEL.held_s * math.log(4.0)  # robot 5, in row 1
+    mean, covariance = moments(made)
+    assert mean[1, 0] == pytest.approx(0.25 * 3.0)
+    assert covariance[1, 0, 0] == pytest.approx(0.75 + 0.25 * 0.1 + 0.25 * 0.75 * 9.0)
+    assert (mean[0, 0], covariance[0, 0, 0]) == pytest.approx((3.0, 0.1))
 
 
 def test_no_law_falls_farther_behind_than_what_may_have_changed():
