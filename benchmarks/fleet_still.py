@@ -1,17 +1,20 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Robots that stay, which nobody tells the filter: a drone alone finds out, a fleet does not.
+"""Robots that stay, drift, leave or swim, of which nobody tells the filter: alone and together.
 
-python benchmarks/fleet_still.py --markdown docs/results/fleet.md
+python benchmarks/fleet_still.py --flown still.jsonl --markdown docs/results/fleet.md
 
-Receivers have half of their variance in common.
+Two drones with RTK on opposite sides of three robots, whose motions are those of `motion_found`;
+receivers have half of their variance in common. `--flown` keeps the flights.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,55 +22,112 @@ import one_thread  # noqa: F401 - before numpy
 
 # isort: split
 import numpy as np
-from fleet_flights import RTK, TWO, Cell, config_of, drones_of, errors_at_end, own
+from fleet_flights import RTK, Cell, config_of, drones_of, own
+from motion_found import BEYOND, EACH_S, FROM_S, Swimmers
 from tables import columns, show
 
 from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.values.estimates import RobotEstimate
+from aerial_gnss_ros.simulation.experiment import Experiment
+from aerial_gnss_ros.simulation.sensors import START_NS
 
-CELLS = (
-    Cell("hover", "opposite", 30.0, RTK, duration_s=60.0),
-    Cell("orbit", "opposite", 30.0, RTK, duration_s=40.0),
-    Cell("hover", "opposite", 30.0, TWO, duration_s=60.0),
-)
+CELLS = tuple(Cell(kind, "opposite", 30.0, RTK, duration_s=60.0) for kind in ("hover", "orbit"))
+MOTIONS = (
+    "all stay", "on watch circles of 3 to 10 cm", "all drift", "a current begins", "one leaves",
+    "all swim",
+)  # fmt: skip
+SPEED_MPS = 0.3
 
 
-def flown(cell: Cell, seed: int) -> list[float]:
-    """Return mean squared errors of a flight, m².
+def errors(
+    one: Experiment, local: LocalMap, published: Sequence[tuple[RobotEstimate, ...]]
+) -> list[float]:
+    """Return mean squared error, m², mean NEES/2, and the share of errors that are far beyond."""
+    squares, normalised, next_s = list[float](), list[float](), FROM_S
+    for estimates in published:
+        t = (estimates[0].stamp_ns - START_NS) * 1e-9 if estimates else -1.0
+        if t < next_s:
+            continue
+        next_s = t + EACH_S
+        true = one.swarm.positions([t])[:, 0, :2]
+        for estimate in estimates:
+            place = local.positions([estimate.latitude], [estimate.longitude])[0]
+            error = min(true - place, key=lambda apart: float(apart @ apart))
+            squares.append(float(error @ error))
+            normalised.append(float(error @ np.linalg.solve(estimate.covariance[:2, :2], error)))
+    beyond = float((np.array(normalised) > BEYOND).mean())
+    return [float(np.mean(squares)), 0.5 * float(np.mean(normalised)), beyond]
 
-    Those of each drone's own estimator, by default and without its search, and of all together.
+
+def flown(cell: Cell, motion: str, seed: int) -> list[float]:
+    """Return the errors of a flight.
+
+    Mean squared errors, m², of each drone's own estimator by default, of all together without and
+    with the search for robots that stay; then NEES/2 and the share far beyond of the last.
     """
-    made = drones_of(cell, seed, 0.5)
+    swims = motion == "all swim"
+    made = drones_of(replace(cell, speed=SPEED_MPS) if swims else cell, seed, 0.5)
     local = LocalMap(made["a"].flight.origin)
+    if not swims:
+        places = made["a"].swarm.positions([0.0])[:, 0, :2]
+        for one in made.values():
+            one.swarm = Swimmers(motion, places, seed, cell.duration_s)
     swim = {name: config_of(cell, noise) for name, noise in zip(made, cell.noises, strict=True)}
-    default, plain, told = list[float](), list[float](), []
+    found = {
+        name: replace(one, tracks=replace(one.tracks, find_moored=True))
+        for name, one in swim.items()
+    }
+    alone, told = list[float](), []
     for name, one in made.items():
-        search = replace(swim[name].tracks, find_moored=True)
-        results = own(one, replace(swim[name], tracks=search))[0]
-        default.append(errors_at_end(made["a"], local, [r.estimates for r in results])[0])
-        results, sightings = own(one, swim[name])
-        plain.append(errors_at_end(made["a"], local, [r.estimates for r in results])[0])
-        told += [(seen.pose.stamp_ns, name, seen) for seen in sightings]
+        results = own(one, found[name])[0]
+        alone.append(errors(made["a"], local, [r.estimates for r in results])[0])
+        told += [(seen.pose.stamp_ns, name, seen) for seen in own(one, swim[name])[1]]
     told.sort(key=lambda item: item[:2])
-    fleet = Fleet(swim, local)
-    published = [fleet.update(name, seen).estimates for _, name, seen in told]
-    together = errors_at_end(made["a"], local, published)[0]
-    return [float(np.mean(default)), float(np.mean(plain)), together]
+    both = list[list[float]]()
+    for configs in (swim, found):
+        fleet = Fleet(configs, local)
+        published = [fleet.update(name, seen).estimates for _, name, seen in told]
+        both.append(errors(made["a"], local, published))
+    return [float(np.mean(alone)), both[0][0], *both[1]]
 
 
 def main() -> int:
-    """Fly and print the table."""
+    """Fly what is missing and print the table."""
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=2, help="of each cell (default 2)")
+    parser.add_argument("--seeds", type=int, default=4, help="of each cell (default 4)")
+    parser.add_argument("--flown", type=Path, help="file that keeps the flights")
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
+    kept = dict[tuple[str, str, int], list[float]]()
+    if given.flown is not None and given.flown.is_file():
+        for line in given.flown.read_text(encoding="utf-8").splitlines():
+            kind, motion, seed, *one = json.loads(line)
+            kept[kind, motion, seed] = one
     rows = []
-    for number, cell in enumerate(CELLS):
-        first = 5_000_001 + 1000 * number
-        seeds = range(first, first + given.seeds)
-        squared = np.mean([flown(cell, seed) for seed in seeds], axis=0)
-        rows.append([cell.words, str(given.seeds), *(f"{math.sqrt(one):.3f}" for one in squared)])
-    heads = ["flight", "flights", "alone, m", "alone, without the search, m", "together, m"]
+    for cell in CELLS:
+        for motion in MOTIONS:
+            for seed in range(5_000_001, 5_000_001 + given.seeds):
+                key = cell.kind, motion, seed
+                if key in kept:
+                    continue
+                kept[key] = flown(cell, motion, seed)
+                if given.flown is not None:
+                    with given.flown.open("a", encoding="utf-8") as file:
+                        file.write(json.dumps([*key, *kept[key]]) + "\n")
+            own_keys = [key for key in kept if key[:2] == (cell.kind, motion)]
+            means = np.mean([kept[key] for key in own_keys], axis=0)
+            alone, swimming, together = (math.sqrt(one) for one in means[:3])
+            rows.append(
+                [
+                    cell.kind, motion, f"{alone:.3f}", f"{swimming:.3f}", f"{together:.3f}",
+                    f"{alone / together:.2f}", f"{means[3]:.2f}", f"{100.0 * means[4]:.2f} %",
+                ]
+            )  # fmt: skip
+    heads = [
+        "flight", "motion", "alone, m", "together, all swim, m", "together, m", "gain", "NEES/2",
+        "beyond",
+    ]  # fmt: skip
     show(columns(heads, rows), given.markdown)
     return 0
 

@@ -114,11 +114,11 @@ def test_the_receiver_s_offset_has_the_sign_of_its_error(two, tmp_path):
 
 def test_one_drone_with_a_name_is_a_drone_alone(two, tmp_path):
     bags, _ = two
-    assert main(["replay", "--drone", f"a={bags / 'a'}", "-o", str(tmp_path / "one"), *QUICK]) == 0
     swimming = tmp_path / "swimming.yaml"
     swimming.write_text("/**/estimator:\n  ros__parameters:\n    tracks.find_moored: false\n")
-    alone = ["replay", str(bags / "a"), "--params", str(swimming), *QUICK]
-    assert main([*alone, "-o", str(tmp_path / "plain")]) == 0
+    own = ["--params", str(swimming), *QUICK]
+    assert main(["replay", "--drone", f"a={bags / 'a'}", "-o", str(tmp_path / "one"), *own]) == 0
+    assert main(["replay", str(bags / "a"), "-o", str(tmp_path / "plain"), *own]) == 0
     one, plain = (rows(tmp_path / name / "positions.csv") for name in ("one", "plain"))
     assert [(r["stamp_ns"], r["robot_id"], r["state"]) for r in one] == [
         (r["stamp_ns"], r["robot_id"], r["state"]) for r in plain

@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.filter.casting_off import CastingOff
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.moored_law import MooredLaw, likely_still, most_alike
-from aerial_gnss_ros.core.filter.state import JointState, copy_robot
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import Outcome, correct
+from aerial_gnss_ros.core.filter.update import Outcome
 from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
@@ -100,6 +100,7 @@ class MooredHypothesis:
 
     def __init__(self, base: JointState, adrift: bool) -> None:
         self.base, self.adrift = base, adrift
+        self._least_variance = TUNING.least_sway_m**2
         self._now_s = self._asked_s = self._paused_until_s = self._step_s = 0.0
         self._first_seen_s: dict[int, float] = {}
         self._barred_until_s: dict[int, float] = {}
@@ -137,7 +138,7 @@ class MooredHypothesis:
         if np.count_nonzero(self.law.sway) < TUNING.least_robots:
             self._fail()
             return
-        self.law.predict(seconds, keep, stationary, motion)
+        self._move(self.law, seconds, keep, stationary, motion)
         self._sums *= math.exp(-seconds / TUNING.strain_sum_s) ** _POWERS
         self.leaving.predict(seconds, float(motion.acceleration) ** 2)
 
@@ -158,7 +159,7 @@ class MooredHypothesis:
             slots = self.places()[outcome.slots]
             before = self.law.own_covariances(slots)
             try:
-                found = correct(self.law, slots, pixels, view, model, np.inf, level)
+                found = self.law.fit(slots, pixels, view, model, level)
             except np.linalg.LinAlgError:
                 self._fail()
             else:
@@ -251,7 +252,7 @@ class MooredHypothesis:
             begin = self._first()
             if not begin:
                 return
-            self.law = MooredLaw.of(self.base, self.adrift)
+            self.law = self._begin()
             self.evidence = TUNING.first_nats
             self.leaving = CastingOff(len(self.law))
             self._sums = np.zeros((len(self.law), 3))
@@ -281,6 +282,15 @@ class MooredHypothesis:
         if odds > least and not np.isin(other.ids[other.sway > 0.0], barred).any():
             self.law, self.evidence = other.without_current(), drifting.evidence + odds
             self._sums, self.leaving = drifting._sums.copy(), copy.deepcopy(drifting.leaving)
+
+    def _move(
+        self, law: MooredLaw, seconds: float, keep: Array, stationary: Array, motion: MotionModel
+    ) -> None:
+        law.predict(seconds, keep, stationary, motion)
+
+    def _begin(self) -> MooredLaw:
+        """Return a law of the hypothesis in which no robot is moored yet."""
+        return MooredLaw.of(self.base, self.adrift)
 
     def _first(self) -> list[int]:
         """Return the robots of `base` with which the hypothesis begins."""
@@ -317,7 +327,7 @@ class MooredHypothesis:
         if squares > TUNING.strained * weight:
             law.variance = min(law.variance * TUNING.larger, TUNING.largest_sway_m**2)
         elif squares < TUNING.slack * weight:
-            law.variance = max(law.variance / TUNING.larger, TUNING.least_sway_m**2)
+            law.variance = max(law.variance / TUNING.larger, self._least_variance)
 
     def _sync(self, law: MooredLaw) -> None:
         """Let the law have the robots that the base has."""
@@ -330,8 +340,7 @@ class MooredHypothesis:
         self._sums = self._sums[kept]
         new = np.flatnonzero(~np.isin(theirs, law.ids))
         for slot in new.tolist():
-            added = copy_robot(self.base, slot, law)
-            law.ids[added] = theirs[slot]
+            law.take(self.base, slot)
         self._sums = np.concatenate([self._sums, np.zeros((len(new), 3))])
         self.leaving.keep(kept, len(new))
         self._take_motions(law)

@@ -17,10 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.state import JointState, copy_robot
 from aerial_gnss_ros.core.filter.state_arrays import Indices
+from aerial_gnss_ros.core.filter.update import Outcome, correct
 from aerial_gnss_ros.core.models.motion_model import MotionModel, MotionOf
-from aerial_gnss_ros.core.models.platform_model import COUNT
+from aerial_gnss_ros.core.models.platform_model import COUNT, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 Array = NDArray[np.float64]
@@ -47,8 +49,6 @@ class MooredLawTuning:
 
 
 TUNING = MooredLawTuning()
-
-_TINY = 1e-12 * np.eye(COUNT)
 
 CURRENT = -1
 """Number of the robot in `ids` whose velocity is the current."""
@@ -143,6 +143,17 @@ class MooredLaw(JointState):
         down[sways, :2] += seconds * down[c, 2:]
         across[:, sways, :2] += seconds * across[:, None, c, 2:]
 
+    def fit(
+        self, slots: Indices, pixels: Array, view: CameraView, model: PlatformModel, level: float
+    ) -> Outcome:
+        """Update robots with pixels, of which none is too fast (see `update.correct`)."""
+        return correct(self, slots, pixels, view, model, np.inf, level)
+
+    def take(self, base: JointState, slot: int) -> None:
+        """Take in a robot of the law that lets all swim."""
+        added = copy_robot(base, slot, self)
+        self.ids[added] = base.ids[slot]
+
     def odds(self, slots: list[int]) -> Array:
         """Return the log odds (m,) that robots go with the current, to any other velocity, nats."""
         v, c = _velocities(slots), _velocity(self.current)
@@ -211,12 +222,7 @@ class MooredLaw(JointState):
         by_platform = shown[:, :, :COUNT]
         with_own = shown[:, :, COUNT:].reshape(-1, 2, n, 4)[np.arange(len(slots)), :, slots]
         own = with_own[:, :, :2] + sway * with_own[:, :, 2:]
-        # An error that is known has no variance: hence the small one.
-        platform = self.covariance[:COUNT, :COUNT] + _TINY
-        told = np.linalg.solve(platform, by_platform.reshape(-1, COUNT).T)
-        told = told.T.reshape(-1, 2, COUNT).swapaxes(1, 2)
-        covariances: Array = own - by_platform @ told
-        return covariances
+        return given_errors(own, by_platform, self.covariance[:COUNT, :COUNT])
 
     def release(self, slot: int, state: Array, covariance: Array) -> None:
         """Take in that a robot swims after all.
@@ -307,6 +313,21 @@ class _Swaying(MotionOf[Array]):
         reach[c], kept[c] = 0.0, keep
         noise[c] = 0.0, 0.0, (1.0 - keep * keep) * law.current_sigma**2
         return reach, kept, noise
+
+
+def given_errors(own: Array, with_errors: Array, errors: Array) -> Array:
+    """Return covariances (m, 2, 2) of positions if the platform's errors were known, m².
+
+    Args:
+        own: (m, 2, 2) of the positions, m².
+        with_errors: (m, 2, k) with these errors.
+        errors: (k, k) covariance of the errors.
+    """
+    k = len(errors)
+    # An error that is known has no variance: hence the small one.
+    told = np.linalg.solve(errors + 1e-12 * np.eye(k), with_errors.reshape(-1, k).T)
+    found: Array = own - with_errors @ told.T.reshape(-1, 2, k).swapaxes(1, 2)
+    return found
 
 
 def _velocity(slot: int) -> Indices:

@@ -25,6 +25,7 @@ from aerial_gnss_ros.core.fleet.agreement import Agreement, DroneReport, receive
 from aerial_gnss_ros.core.fleet.clocks import TUNING as CLOCKS
 from aerial_gnss_ros.core.fleet.clocks import clock_offset
 from aerial_gnss_ros.core.fleet.common_share import CommonShare
+from aerial_gnss_ros.core.fleet.constellations import TUNING as CONSTELLATIONS
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.fault_search import FaultSearch, Found
 from aerial_gnss_ros.core.fleet.fleet_references import FleetReferences, staying_references
@@ -35,6 +36,7 @@ from aerial_gnss_ros.core.fleet.publication import displaced, published
 from aerial_gnss_ros.core.fleet.robots import FleetRobot, Names, recognise
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
 from aerial_gnss_ros.core.fleet.sighting import Sighting
+from aerial_gnss_ros.core.fleet.staying import StayingRobots
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
@@ -93,6 +95,7 @@ class Fleet:
         local: likewise.
         robots: in the order of `state.joint`.
         state: the filter.
+        staying: weighs whether robots stay; None: that is not asked.
 
     Raises:
         ConfigError: a drone's configuration asks for what a fleet cannot do yet.
@@ -116,6 +119,8 @@ class Fleet:
         self._threshold = gate_threshold(self._config.tracks.gate_probability)
         self._share = share
         self.state = SharedState(self._stationary, share)
+        self._find_staying = all(one.tracks.find_moored for one in configs.values())
+        self.staying: StayingRobots | None = None
         self.robots: list[FleetRobot] = []
         self._matching = RobotMatching(self._drones)
         self._faults = FaultSearch(self._drones, self._motions.default_speed)
@@ -157,7 +162,10 @@ class Fleet:
         self._predict(stamp_ns)
         view = self._look(drone, seen)
         self._measure(drone, seen, view)
-        self._drop(self._matching.update(self.state, self.robots, stamp_ns))
+        pairs = self._matching.update(self.state, self.robots, stamp_ns)
+        for first, second in pairs:
+            self._tie(first, second, CONSTELLATIONS.same_m)
+        self._drop([first for first, _ in pairs])
         found = self._faults.update(self.state, self.robots, stamp_ns)
         if found is not None:
             self._blame(found)
@@ -196,6 +204,8 @@ class Fleet:
             return
         seconds = max((stamp_ns - before) * 1e-9, 0.0)
         keep = [one.model.decay(seconds) for one in self._drones]
+        if self.staying is not None:
+            self.staying.predict(seconds, keep, self._stationary, self._motions.default)
         self.state.predict(seconds, keep, self._stationary, self._motions.default)
         self._drop(
             [
@@ -255,10 +265,15 @@ class Fleet:
             for number, each in enumerate(self._drones):
                 if each.fault is not None:
                     self.state.assume(number, each.assumed)
+            self.staying = StayingRobots(self.state) if self._find_staying else None
         elif one.last is None or one.jumped(seen):
             self.state.forget_gnss(drone, self._stationary)
+            if self.staying is not None:
+                self.staying.reset()
         view = one.look(seen, self.local)
         self.state.look(drone, view)
+        if self.staying is not None:
+            self.staying.look(drone, view)
         return view
 
     def _measure(self, drone: int, seen: Sighting, view: CameraView) -> None:
@@ -272,7 +287,15 @@ class Fleet:
             self._begin(drone, seen, view, known.new)
         gone = [old for old, new in known.again if self._is_back(drone, old, new)]
         self.state.settle()
+        if self.staying is not None:
+            self.staying.settle()
         self._drop(gone)
+
+    def _tie(self, first: int, second: int, sigma: float) -> None:
+        """Condition on two robots having the same position."""
+        self.state.tie(first, second, sigma)
+        if self.staying is not None:
+            self.staying.tie(first, second, sigma)
 
     def _is_back(self, drone: int, old: int, new: int) -> bool:
         """Make a robot that has come back to a drone one with its new track, if that fits.
@@ -290,7 +313,7 @@ class Fleet:
         if self.state.apart(old, new, BLOCKS.same_place_m) > GATES.gate:
             self.robots[old].release(drone)
             return False
-        self.state.tie(old, new, BLOCKS.same_place_m)
+        self._tie(old, new, BLOCKS.same_place_m)
         self.robots[new].join(self.robots[old])
         return True
 
@@ -316,6 +339,10 @@ class Fleet:
                 2.0 * self._motions.default_speed, seen.level,
             )  # fmt: skip
             squared, count = outcome.squared, outcome.count
+            if self.staying is not None:
+                box_of = {slots[k]: k for k in used}
+                boxes = [box_of[slot] for slot in outcome.slots.tolist()]
+                self.staying.update(outcome, seen.pixels[boxes], view, one.model, seen.level)
         robots = [self.robots[slots[k]] for k in slots]
         shared = [self._matching.others_see(drone, robot, stamp_ns) for robot in robots]
         refused = 0
@@ -363,6 +390,8 @@ class Fleet:
         joint = self.state.joint
         mean, blocks = joint.robots.copy(), joint.blocks()
         told = self._references.apply(self.robots, mean, blocks, self.state, seen.pose.stamp_ns)
+        if self.staying is not None and self.staying.law is not None:
+            self.staying.publish(mean, blocks, self._references.published)
         estimates = published(mean, blocks, self.robots, self._drones, seen, self.local)
         depth_m = self._config.depth.sigma_m
         found = inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m)

@@ -14,6 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.filter.moored_law import MooredLaw
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.fleet.common_share import CommonShare
 from aerial_gnss_ros.core.fleet.drone import Drone
@@ -112,6 +114,7 @@ class FleetReferences:
         self._references = References(self._source, self.log)
         self._shifts: dict[str, dict[int, Expected]] = {}
         self._heard: dict[str, int] = {}
+        self._corrects = False
 
     def reset(self) -> None:
         """Forget everything but what was said: the filter has begun anew."""
@@ -161,11 +164,25 @@ class FleetReferences:
         if not robots:
             return state.platforms()
         told = self._references.apply(robots, mean, blocks, now_ns)
+        self._corrects = told is not None
         if told is None:
             law = self._source.final(self._source.laws[0])
             mean[law.rows], blocks[law.rows] = law.states()
             told = law.mean[: law.errors], law.covariance[: law.errors, : law.errors]
         return told
+
+    def published(self, law: MooredLaw, base: JointState) -> tuple[Array, Array]:
+        """Return states (n, 4) and covariances of the robots of a law in which some stay.
+
+        After `apply`, corrected as that does.
+
+        Args:
+            law: in which some robots stay.
+            base: the filter's, in which all swim.
+        """
+        if self._corrects:
+            return self._references.published(law, base)
+        return self._source.final(PositionLaw(law.rows, *law.jointly_published())).states()
 
     def _expected(
         self, place: ReferencePlace, drone: int, seen: Sighting, local: LocalMap

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.fleet.constellations import TUNING as CONSTELLATIONS
 from aerial_gnss_ros.core.fleet.constellations import Candidates, matchings
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.robots import FleetRobot
@@ -79,8 +78,10 @@ class RobotMatching:
         }
         self._alone = {moved(i) for i in self._alone if i not in slots}
 
-    def update(self, state: SharedState, robots: list[FleetRobot], now_ns: int) -> list[int]:
-        """Join robots that surely are one; return the places that are to be dropped.
+    def update(
+        self, state: SharedState, robots: list[FleetRobot], now_ns: int
+    ) -> list[tuple[int, int]]:
+        """Join robots that surely are one; return these pairs: the first of each is to be dropped.
 
         Args:
             state: the filter.
@@ -110,16 +111,15 @@ class RobotMatching:
         for i, robot in enumerate(robots):
             robot.note_rival(self._rivals.get(i), now_ns)
         self._since = since
-        gone: list[int] = []
+        pairs = list[tuple[int, int]]()
         taken: set[int] = set()
         for (first, second), began_ns in since.items():
             if now_ns - began_ns < TUNING.sure_s * 1e9 or taken & {first, second}:
                 continue
             taken |= {first, second}
-            state.tie(first, second, CONSTELLATIONS.same_m)
             robots[second].join(robots[first])
-            gone.append(first)
-        return gone
+            pairs.append((first, second))
+        return pairs
 
     def nobody_else(self, slot: int, robots: list[FleetRobot], now_ns: int) -> bool:
         """Return whether a robot without a name is not, or has not been found to be, another's."""

@@ -41,4 +41,4 @@ def moving(joint: JointState, before: NDArray[np.bool_]) -> NDArray[np.bool_]:
     sigmas = np.sqrt(joint.covariance.diagonal()[COUNT:].reshape(-1, 4)[:, 2:].sum(axis=1))
     begins = (speeds > TUNING.moves_mps) & (speeds > TUNING.moves_sigmas * sigmas)
     found: NDArray[np.bool_] = begins | (before & (speeds > TUNING.stands_mps))
-    return found
+    return found if joint.sway is None else found & (joint.sway == 0.0)

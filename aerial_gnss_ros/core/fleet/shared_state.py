@@ -170,12 +170,14 @@ class SharedState(DroneBlocks):
         assert self._shown is not None  # noqa: S101 - its callers set it
         clock, velocities = self._shown
         P, n = self.joint.covariance, len(velocities)
+        swims = np.ones(n) if self.joint.sway is None else 1.0 - self.joint.sway
         for rows in (P, self._cross):
             down = rows[COUNT:].reshape(n, 4, -1)
-            down[:, :2] += sign * (clock * down[:, 2:] + velocities[..., None] * rows[LATENCY])
+            moved = clock * swims[:, None, None] * down[:, 2:]
+            down[:, :2] += sign * (moved + velocities[..., None] * rows[LATENCY])
         across, by_clock = P[:, COUNT:].reshape(-1, n, 4), P[:, LATENCY, None]
         for axis in (0, 1):
-            more = clock * across[:, :, axis + 2] + by_clock * velocities[:, axis]
+            more = clock * swims * across[:, :, axis + 2] + by_clock * velocities[:, axis]
             across[:, :, axis] += sign * more
 
     def _carry(self, drone: int) -> None:
@@ -216,8 +218,9 @@ class SharedState(DroneBlocks):
         if not self._others or not len(used):
             return outcome
         root = np.linalg.cholesky(outcome.spread)
-        by_active = dtrsm(1.0, root, _observed(outcome.linear, used, P), lower=1)
-        by_others = dtrsm(1.0, root, _observed(outcome.linear, used, self._cross), lower=1)
+        sway = np.zeros(len(used)) if joint.sway is None else joint.sway[used]
+        by_active = dtrsm(1.0, root, _observed(outcome.linear, used, P, sway), lower=1)
+        by_others = dtrsm(1.0, root, _observed(outcome.linear, used, self._cross, sway), lower=1)
         self._pass_on(by_active, by_others, joint.mean - before)
         joint.covariance[LATENCY, LATENCY] -= by_active[:, LATENCY] @ by_active[:, LATENCY]
         return outcome
@@ -253,7 +256,16 @@ class SharedState(DroneBlocks):
         through = np.zeros((m, 4, COUNT))
         through[:, :2] = by_errors
         robots = through.reshape(-1, COUNT) @ self._cross[:COUNT]
-        self._cross = np.concatenate([self._cross, robots])
+        self.appended(robots)
+
+    def appended(self, with_others: Array) -> None:
+        """Add what is kept of robots beside `joint`, which has them already.
+
+        Args:
+            with_others: (4 m, k) their covariance with the errors of the drones not active.
+        """
+        m = len(with_others) // 4
+        self._cross = np.concatenate([self._cross, with_others])
         self.seen_by = np.concatenate([self.seen_by, np.full(m, self.active, np.intp)])
         fresh = np.full((m, 4, POSE_COUNT), np.nan)  # nothing to carry before their next image
         self._by_pose = np.concatenate([self._by_pose, fresh])
@@ -263,11 +275,22 @@ class SharedState(DroneBlocks):
             clock, velocities = self._shown
             self._shown = clock, np.concatenate([velocities, np.zeros((m, 2))])
 
+    def inherit(self, source: SharedState, slot: int) -> None:
+        """Let the last robot have what is kept of another state's beside `joint`."""
+        self.seen_by[-1], self._by_pose[-1] = source.seen_by[slot], source._by_pose[slot]
+        self._moving[-1], self._moves[-1] = source._moving[slot], source._moves[slot]
+        if self._shown is not None and source._shown is not None:
+            self._shown[1][-1] = source._shown[1][slot]
+
     def drop(self, slots: Indices) -> None:
         """Remove the robots at some indices of `joint.rows`."""
         kept = np.ones(len(self.joint), dtype=np.bool_)
         kept[slots] = False
         self.joint.drop(slots)
+        self.dropped(kept)
+
+    def dropped(self, kept: NDArray[np.bool_]) -> None:
+        """Forget the robots that `joint` has forgotten; (n,) mask of the others."""
         self._cross = self._cross[np.concatenate([np.ones(COUNT, np.bool_), np.repeat(kept, 4)])]
         self.seen_by, self._by_pose = self.seen_by[kept], self._by_pose[kept]
         self._moving, self._moves = self._moving[kept], self._moves[kept]
@@ -293,16 +316,18 @@ def white_on_water(linear: Linear, model: PlatformModel, level: float = 1.0) -> 
     return level * (white + model.pixel * metres @ metres.swapaxes(1, 2))
 
 
-def _observed(linear: Linear, slots: Indices, with_state: Array) -> Array:
+def _observed(linear: Linear, slots: Indices, with_state: Array, sway: Array) -> Array:
     """Return the covariance (2 m, k) of pixels with something.
 
     Args:
         linear: m robots' pixels.
         slots: (m,) these robots.
         with_state: (d, k) covariance of the active part with it.
+        sway: (m,) 1 where a robot's last two numbers add to its place (`StateArrays.sway`).
     """
     m = len(slots)
     product: Array = linear.by_platform.reshape(2 * m, COUNT) @ with_state[:COUNT]
-    robots = with_state[COUNT:].reshape(-1, 4, with_state.shape[1])[slots, :2]
+    states = with_state[COUNT:].reshape(-1, 4, with_state.shape[1])[slots]
+    robots = states[:, :2] + sway[:, None, None] * states[:, 2:]
     product += (linear.by_place @ robots).reshape(2 * m, -1)
     return product

@@ -11,7 +11,7 @@ import contextlib
 import math
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.fleet.fleet import Fleet, FleetUpdate, refuse_unable
@@ -320,8 +320,5 @@ def _refusal(link: Link, reason: str, words: str) -> InputError:
 
 def _same(one: EstimatorConfig, other: EstimatorConfig) -> bool:
     """Return whether two configurations are the same for the fleet."""
-    one, other = (
-        replace(each, tracks=replace(each.tracks, find_moored=False)) for each in (one, other)
-    )
     parts = ("noise", "gimbal", "tracks", "classes", "depth", "references")
     return all(repr(getattr(one, part)) == repr(getattr(other, part)) for part in parts)

@@ -197,7 +197,8 @@ class References:
         if self._used is not None:
             found.append((whole.given(self._used[1]), self._used[1]))
         own = [row for _, row in self._in_view]
-        mean, blocks = min(found, key=lambda one: _uncertainty(one[0], own))[0].states()
+        best = min(found, key=lambda one: _uncertainty(one[0], own))[0]
+        mean, blocks = self._source.final(best).states()
         if self._doubt is not None:
             blocks = blocks.copy()
             blocks[:, :2, :2] += self._doubt

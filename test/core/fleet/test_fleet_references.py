@@ -141,6 +141,29 @@ def same(updates, others):
             np.testing.assert_array_equal(a.covariance, b.covariance)
 
 
+def test_robots_that_stay_are_corrected_in_either_law(flown):
+    configs = flown.configs | {"a": stating(flown, {"pier": true_place(flown, PIER)})}
+    asked = {
+        name: replace(one, tracks=replace(one.tracks, find_moored=True))
+        for name, one in configs.items()
+    }
+    fleet, updates = replace(flown, configs=asked).together()
+    _, plain = replace(flown, configs=configs).together()
+    law = fleet.staying.law
+    assert np.count_nonzero(law.sway) >= 3
+    assert list(links(fleet)) == ["pier"]
+    mean, _ = fleet._references.published(law, fleet.state.joint)
+    (slot,) = np.flatnonzero(law.ids == fleet.state.joint.ids[pier_of(fleet)])
+    np.testing.assert_allclose(mean[slot, :2], true_place(flown, PIER), atol=0.1)
+    after, before = (of_robot(flown, which, OURS)[-1] for which in (updates, plain))
+    assert after.sigma < 1.05 * before.sigma
+    assert rms(flown, [after], OURS) < 2.5 * after.sigma
+
+
+def pier_of(fleet):
+    return [robot.class_id for robot in fleet.robots].index("beacon")
+
+
 def test_all_drones_profit_from_what_one_sees(flown):
     """Receivers of both share half of their variance; the pier is surveyed to 5 cm."""
     _, without, _ = together(flown)

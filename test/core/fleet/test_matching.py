@@ -68,7 +68,7 @@ def test_two_robots_that_a_third_drone_shows_are_never_one(two_rtk):
     three = RobotMatching([*fleet._drones, fleet._drones[0]])
     neither = [three.update(fleet.state, robots[:2], 10**18 + k * 10**9) for k in (0, 1)]
     assert neither == [[], []]
-    assert both == [[], [0]]
+    assert both == [[], [(0, 1)]]
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0])

@@ -108,9 +108,13 @@ def test_a_drone_that_joins_in_flight_begins_anew_with_what_is_kept(flown):
 
 def test_a_changed_parameter_counts_from_now_on_only_if_the_fleet_uses_it(shore):
     history, fleet = shore.history, shore.history.fleet
-    same = estimator_config({"noise.set": "consumer", "fix.altitude_datum": "amsl"})
+    swim = {"tracks.find_moored": False}
+    same = estimator_config({"noise.set": "consumer", "fix.altitude_datum": "amsl"} | swim)
     shore.describe("b", "b", same, None)
     assert shore.history.fleet is fleet
+    shore.describe("b", "b", estimator_config({"noise.set": "consumer"}), None)
+    assert shore.history.fleet is not fleet
+    fleet = shore.history.fleet
     shore.describe("b", "b", estimator_config({"noise.set": "rtk"}), None)
     assert shore.history is history
     assert shore.history.fleet is not fleet

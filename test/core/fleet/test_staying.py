@@ -1,0 +1,81 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""A fleet finds out whether robots stay, by itself."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aerial_gnss_ros.core.fleet.fleet import Fleet
+
+
+def told(flown):
+    """Return all sightings in order, with the drone."""
+    every = [(s.pose.stamp_ns, name, s) for name, of in flown.sightings.items() for s in of]
+    return [one[1:] for one in sorted(every, key=lambda one: one[:2])]
+
+
+def finding(flown):
+    """Return a fleet that asks whether robots stay."""
+    configs = {
+        name: replace(one, tracks=replace(one.tracks, find_moored=True))
+        for name, one in flown.configs.items()
+    }
+    return Fleet(configs, flown.local)
+
+
+@pytest.fixture(scope="module")
+def orbit(fleet_of):
+    """Two drones with RTK circle around three robots that stay."""
+    return fleet_of(kind="orbit", noises=("rtk", "rtk"), seed=6, height_m=30.0, duration=30.0)
+
+
+def test_what_stays_makes_all_drones_more_precise(orbit):
+    fleet = finding(orbit)
+    estimates = [fleet.update(name, seen).estimates for name, seen in told(orbit)]
+    swimming = [update.estimates for *_, update in orbit.together()[1]]
+    assert fleet.staying.law is not None
+    assert np.count_nonzero(fleet.staying.law.sway) == 3
+    assert fleet.staying.weights()[1] > 0.99
+    sigma, other = (np.mean([one.sigma for one in of[-1]]) for of in (estimates, swimming))
+    assert sigma < 0.7 * other
+    for one in estimates[-1]:
+        apart = orbit.errors([one])[one.robot_id][0]
+        assert apart < 3.0 * one.sigma
+
+
+def test_a_fleet_that_goes_back_gives_the_same_again(orbit):
+    fleet, sightings = finding(orbit), told(orbit)
+    for name, seen in sightings[:300]:
+        fleet.update(name, seen)
+    again = copy.deepcopy(fleet)
+    for one in (fleet, again):
+        for name, seen in sightings[300:400]:
+            update = one.update(name, seen)
+        last = update.estimates if one is fleet else last  # noqa: F821 - set in the first round
+    assert [repr(one) for one in update.estimates] == [repr(one) for one in last]
+
+
+def test_robots_that_swim_are_published_as_if_nobody_asked(fleet_of):
+    flown = fleet_of(speed=0.5, noises=("rtk", "rtk"), seed=3)
+    fleet = finding(flown)
+    found = [fleet.update(name, seen).estimates for name, seen in told(flown)]
+    plain = [update.estimates for *_, update in flown.together()[1]]
+    assert fleet.staying.law is None
+    assert repr(found[-1]) == repr(plain[-1])
+
+
+def test_a_receiver_that_jumps_makes_it_begin_anew(orbit):
+    fleet, sightings = finding(orbit), told(orbit)
+    for name, seen in sightings[:300]:
+        fleet.update(name, seen)
+    before = fleet.staying.law
+    assert before is not None
+    name, seen = sightings[300]
+    fleet.update(name, replace(seen, believed=seen.believed + 5.0))
+    assert fleet.staying.law is not before
+    assert fleet.staying.weights()[1] < 0.01
