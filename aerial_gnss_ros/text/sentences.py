@@ -25,7 +25,9 @@ def utc(stamp_ns: int) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value's `repr`, shortened to fit into a sentence."""
+    """Return a value's `repr`, shortened to fit into a sentence; of None, "nothing"."""
+    if value is None:
+        return "nothing"
     text = _SHORT.repr(value)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 

@@ -77,7 +77,8 @@ def _polygon_coordinates(node: Any, depth: int) -> Iterator[Any]:
 def _list(value: Any) -> list[Any]:
     if not isinstance(value, list) or not value:
         raise ConfigError(
-            f"The area of operation is not GeoJSON: {shown(value)} stands where a list belongs."
+            f"The area of operation is not GeoJSON: {shown(value)} stands where a list with "
+            "content belongs."
         )
     return value
 

@@ -147,6 +147,9 @@ def estimator_config(values: Mapping[str, Any]) -> EstimatorConfig:
     robots = {name: value for name, value in flat.items() if name.startswith("robots.")}
     classes = {name: value for name, value in flat.items() if name.startswith("classes.")}
     known = {name: value for name, value in flat.items() if name.startswith("references.")}
+    for name in ("robots", "classes", "references"):
+        if flat.get(name) is not None:
+            raise ConfigError(f"{name} must hold names with their keys, not {shown(flat[name])}.")
     free = {*robots, *classes, *known, "robots", "classes", "references"}
     rest = {name: value for name, value in flat.items() if name not in free}
     config = replace(build(EstimatorConfig, rest), robots=robot_bindings(robots))

@@ -20,6 +20,9 @@ from aerial_gnss_ros.text.sentences import cut, shown
 
 T = TypeVar("T")
 
+LEAST_SIZE = 1e-30
+"""Smallest size of a number that is not 0: squares and their inverses are finite."""
+
 
 @dataclass(frozen=True)
 class Key:
@@ -184,6 +187,10 @@ def _check_range(leaf: Leaf, value: Any) -> Any:
         if leaf.key.optional:
             return value
         raise ConfigError(f"{leaf.name} must be a number{_unit(leaf)}, not NaN.")
+    if 0.0 < abs(value) < LEAST_SIZE:
+        raise ConfigError(
+            f"{leaf.name} must be 0 or at least {LEAST_SIZE:g}{_unit(leaf)} in size, not {value:g}."
+        )
     low, high = leaf.key.low, leaf.key.high
     if (low is not None and value < low) or (high is not None and value > high):
         least = "-inf" if low is None else f"{low:g}"

@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.area_of_operation import Polygon
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.area_file import load_area
+from aerial_gnss_ros.core.estimation.reference_classes import ReferenceClasses
 from aerial_gnss_ros.core.estimation.single_image import at_own_points, exact_points
 from aerial_gnss_ros.core.faults.camera_change import CameraChange
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
@@ -80,6 +81,7 @@ class Pipeline:
         self._frozen = FrozenInputDetector(config.noise.value("box_center_px"))
         self._camera_change = CameraChange(log)
         self._checks = PointChecks(config, load_area(config.detections.area), log)
+        self._references = ReferenceClasses(config.references, log)
         self._altitude_told = False
         self.measured: tuple[PosedFrame, dict[str, int]] | None = None
         self._locate = paper.locate if config.method == "paper" else localization.locate
@@ -105,6 +107,8 @@ class Pipeline:
         self.boxes.min_score = config.detections.min_score
         self.boxes.classes = config.detections.classes
         self._checks = PointChecks(config, area, self._log)
+        if config.references != self._config.references:
+            self._references = ReferenceClasses(config.references, self._log)
         self.tracking.reconfigure(config, change)
         self._config = config
         if change:
@@ -141,6 +145,7 @@ class Pipeline:
         """Return the result of one image."""
         began = time.perf_counter_ns()
         reasons = self.boxes.reasons(frame)
+        self._references.update(frame)
         used: list[int] = []
         for i, reason in enumerate(reasons):
             if reason is None:

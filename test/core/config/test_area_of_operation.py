@@ -56,7 +56,7 @@ def test_goes_on_across_the_antimeridian():
         ("{}", r"\{\} has no type"),
         ('{"type": "Point", "coordinates": [10, 54]}', r"holds a Point; only polygons count"),
         (json.dumps(feature(None)), "holds no polygon; draw one"),
-        (json.dumps(polygon()), "stands where a list belongs"),
+        (json.dumps(polygon()), r"\[\] stands where a list with content belongs"),
         (json.dumps(polygon(SQUARE[:2])), "with 2 different corners; it needs at least 3"),
         (json.dumps(polygon([["a", 1], *SQUARE])), r"corner \['a', 1\]; give \[longitude, lati"),
         (json.dumps(polygon([[float("nan"), 1], *SQUARE])), r"corner \[nan, 1\]"),

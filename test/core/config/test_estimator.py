@@ -111,6 +111,13 @@ def test_keys_that_contradict_one_another_are_refused(values, words):
         estimator_config(values)
 
 
+@pytest.mark.parametrize("name", ["robots", "classes", "references"])
+def test_a_group_of_names_is_no_single_value(name):
+    with pytest.raises(ConfigError, match=f"{name} must hold names with their keys, not 'pier'"):
+        estimator_config({name: "pier"})
+    assert estimator_config({name: None}) == estimator_config({name: {}})
+
+
 def test_height_from_the_fix_needs_both_altitudes_in_one_datum():
     config = estimator_config(
         {"height.source": "none", "surface.altitude": 1.5, "fix.altitude_datum": "amsl"}

@@ -65,6 +65,12 @@ def test_a_truth_value_is_accepted_where_its_word_is_a_choice():
     assert build(Outer, {"inner.north": True}).inner.north == "true"
 
 
+@pytest.mark.parametrize("value", [1e-320, -1e-31])
+def test_numbers_whose_squares_vanish_are_refused(value):
+    with pytest.raises(ConfigError, match=r"inner\.ratio must be 0 or at least 1e-30 in size"):
+        build(Outer, {"inner.ratio": value})
+
+
 def test_not_given_is_nan_only_where_that_is_allowed():
     assert math.isnan(build(Outer, {"inner.size_m": math.nan}).inner.size_m)
     with pytest.raises(ConfigError, match=r"inner\.ratio must be a number, not NaN"):

@@ -26,8 +26,8 @@ def test_reads_a_file_or_the_text_itself(tmp_path):
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (None, r"cannot be read \(.*No such file.*\); give the path of a GeoJSON file"),
-        (b"\xff\xfe", "cannot be read"),
+        (None, r"cannot be read \(No such file or directory\); give the path of a GeoJSON file"),
+        (b"\xff\xfe", r"cannot be read \(it is no text\)"),
         (b" " * (MAX_BYTES + 1), "is larger than 1 MB; simplify it"),
         (b"{}", r"bay\.geojson: The area of operation is not GeoJSON"),
     ],
