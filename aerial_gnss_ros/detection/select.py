@@ -155,10 +155,8 @@ def possible_backends(path: Path, asked: str) -> list[str]:
     """
     suffix = path.suffix.lower()
     if suffix not in _READ_BY:
-        raise ModelError(
-            f"the model {path} ends in {suffix or 'nothing'!r}; an .onnx, .pt or .engine file is "
-            "needed."
-        )
+        has = f"ends in {suffix!r}" if suffix else "has no ending"
+        raise ModelError(f"the model {path} {has}; an .onnx, .pt or .engine file is needed.")
     if asked == "auto":
         *faster, last = _AUTO[suffix]
         return [*(name for name in faster if _present(name, path)), last]

@@ -102,7 +102,10 @@ def load(path: Path) -> SavedNames:
     except FileNotFoundError:
         return SavedNames()
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"state_file {path} cannot be read ({error}); check the file.") from error
+        why = getattr(error, "strerror", None) or "it is no text"
+        raise ConfigError(
+            f"state_file {path} cannot be read ({why}); check the file, or name another."
+        ) from error
     if len(content) > MOST_BYTES:
         raise ConfigError(
             f"state_file {path} is larger than {MOST_BYTES // 1_000_000} MB, so this program did "
