@@ -351,19 +351,43 @@ def picture(cells: list[Figures], path: Path) -> None:
 
     drawing, axes = plt.subplots(2, 4, figsize=(12, 6), sharey=True)
     for axis, (name, values) in zip(axes.flat, FACTORS.items(), strict=True):
-        for place, value in enumerate(values):
-            ratios = [one.ratio for one in cells if getattr(one.cell, name) == value]
+        levels = [[c.ratio for c in cells if getattr(c.cell, name) == value] for value in values]
+        for place, ratios in enumerate(levels):
             spread = np.linspace(-0.2, 0.2, max(len(ratios), 1))[: len(ratios)]
-            axis.semilogy(place + spread, ratios, "o", color="tab:blue", alpha=0.5, ms=4)
-        axis.axhline(1.2, color="tab:green", lw=1)
-        axis.axhline(1.6, color="tab:red", lw=1)
-        shown = ["constant" if value == CONSTANT_S else str(value) for value in values]
-        axis.set_xticks(range(len(values)), shown)
-        axis.set_title(name)
+            axis.semilogy(place + spread, ratios, "o", color="tab:blue", alpha=0.4, ms=4)
+            if ratios:
+                middle = np.full(2, np.nanmedian(ratios))
+                (bar,) = axis.plot(place + np.array([-0.3, 0.3]), middle, color="black", lw=2)
+        aim = axis.axhline(1.2, color="tab:green", lw=1)
+        most = axis.axhline(1.6, color="tab:red", lw=1)
+        axis.set_xticks(range(len(values)), [_LEVELS.get(value, f"{value}") for value in values])
+        axis.set_title(_TITLES[name])
+        axis.yaxis.set_major_formatter("{x:g}")
     for axis in axes[:, 0]:
-        axis.set_ylabel("RMS / bound")
-    drawing.tight_layout()
+        axis.set_ylabel("RMS / bound of a cell")
+    words = ["median", "aim for the median", "aim for 95 % of the cells"]
+    drawing.legend([bar, aim, most], words, loc="lower center", ncols=3, frameon=False)
+    drawing.tight_layout(rect=(0.0, 0.05, 1.0, 1.0))
     drawing.savefig(path, dpi=80)
+
+
+_TITLES = {
+    "motion": "motion of the drone",
+    "height_m": "height, m",
+    "receiver": "receiver",
+    "robots": "robots",
+    "noise": "true noise / default noise",
+    "correlation_s": "its correlation time, s",
+    "latency_s": "latency of the images, s",
+    "rate_hz": "images a second",
+}
+_LEVELS = {
+    CONSTANT_S: "constant",
+    "rtk": "RTK",
+    "dji": "recorded",
+    "drifting": "adrift",
+    "reference": "consumer,\nreference",
+}
 
 
 def _done(path: Path) -> dict[tuple[str, int], Record]:

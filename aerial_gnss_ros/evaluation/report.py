@@ -116,7 +116,8 @@ def draw(report: Report) -> list[Picture]:
     found = [
         Picture(
             "map.png",
-            "Map. Each ellipse contains its robot with 95 %. A coasting robot may leave the map."
+            "Map. Each ellipse contains its robot with a probability of 95 %. A coasting robot may "
+            "leave the map."
             + (" Dotted lines: robots in a drone's last image." if report.drones else ""),
             map_png(report.estimates, report.truth, report.drone, report.drones),
         )

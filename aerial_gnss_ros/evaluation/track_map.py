@@ -108,7 +108,7 @@ def _signs(
     ]
     if estimates:
         signs.append(Patch(edgecolor=GREY, facecolor="none", label="95 % ellipse"))
-        signs.append(Patch(color=GREY, alpha=0.25, label="ellipse of the last one"))
+        signs.append(Patch(color=GREY, alpha=0.25, label="last ellipse"))
     if any(not track.measured.all() for track in estimates.values()):
         signs.append(Line2D([], [], color=GREY, label="coasting (not seen)", **_COASTING))
     if truth:
@@ -116,7 +116,7 @@ def _signs(
     if drone:
         signs.append(Line2D([], [], label="drone (▲: at the end)", **_DRONE))
     if sight:
-        signs.append(Line2D([], [], label="in its last image", **_SIGHT))
+        signs.append(Line2D([], [], label="in the drone's last image", **_SIGHT))
     return signs
 
 

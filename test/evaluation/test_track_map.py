@@ -39,7 +39,7 @@ def test_the_legend_explains_what_is_drawn_and_nothing_else():
     assert signs["coasting (not seen)"].get_linestyle() == ":"
     assert to_hex(signs["aqua_2"].get_color()) == COLOURS[1].lower()
     assert set(_signs(map_figure({"aqua_1": seen}, {}))) == {
-        "aqua_1", "95 % ellipse", "ellipse of the last one"
+        "aqua_1", "95 % ellipse", "last ellipse"
     }  # fmt: skip
 
 
@@ -63,4 +63,4 @@ def test_each_drone_has_its_path_its_name_and_lines_to_what_its_last_image_shows
     assert [line.get_marker() for line in axes.lines].count("^") == 2  # not that of `drone`
     (sight,) = [line for line in axes.lines if len(line.get_xdata()) == 2]
     assert np.hypot(*np.ptp(sight.get_xydata(), axis=0)) == pytest.approx(8.9, abs=0.3)
-    assert {"drone (▲: at the end)", "in its last image"} <= set(_signs(figure))
+    assert {"drone (▲: at the end)", "in the drone's last image"} <= set(_signs(figure))
