@@ -62,10 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="each BAG is a flight of its own, with a result of its name in DIR",
     )  # fmt: skip
     parser.add_argument(
-        "-j", "--jobs", type=int, metavar="N", help="with --each: so many at a time (1)"
+        "-j", "--jobs", type=int, metavar="N", help="with --each: flights at a time (default 1)"
     )
     parser.add_argument(
-        "--no-bag", action="store_true", help="no result topics as a bag: faster, tables stay"
+        "--no-bag", action="store_true", help="write no bag of the results, only tables: faster"
     )
     parser.add_argument(
         "--no-figures", action="store_true", help="a report without pictures: faster"

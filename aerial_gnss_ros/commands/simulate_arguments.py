@@ -84,8 +84,8 @@ def _flight_arguments(group: Any) -> None:
 def _formation_arguments(group: Any) -> None:
     group.add_argument(
         "--drones", type=int, metavar="N",
-        help="so many drones over the same robots: -o becomes a folder with a bag for each, called "
-        "a, b, ...",
+        help="number of drones over the same robots: -o becomes a folder with a bag for each, "
+        "called a, b, ...",
     )  # fmt: skip
     group.add_argument(
         "--formation", choices=tuple(FORMATIONS),

@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="MY_ROBOT",
-        help="folder of the work: frames, marks, data set; goes on if it exists",
+        help="folder for frames, marks and data set; one that exists is continued",
     )  # fmt: skip
     parser.add_argument("--clicks", type=Path, metavar="JSON", help="marks to add, from a file")
     parser.add_argument(

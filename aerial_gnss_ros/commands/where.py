@@ -119,7 +119,7 @@ class Answer:
         if self.state == "lost":
             return f"{name} has been lost since {when}; its last predicted position is {place}."
         return (
-            f"{name} is at {place}, with 95 % within {TWO_SIGMA_95 * seen.sigma:.1f} m; "
+            f"{name} is at {place}, 95 % within {TWO_SIGMA_95 * seen.sigma:.1f} m; "
             f"{self.state}, {when}."
         )
 

@@ -46,7 +46,7 @@ def test_the_position_known_is_reported(estimator, capsys):
     estimator()
     status, out, _ = where(capsys)
     assert status == 0
-    assert "d1/aqua_1 is at 13.0000000, -59.0000000, with 95 % within 4.9 m; measured" in out
+    assert "d1/aqua_1 is at 13.0000000, -59.0000000, 95 % within 4.9 m; measured" in out
     status, out, _ = where(capsys, "--json")
     answer = json.loads(out)
     assert (answer["state"], answer["sigma_m"], answer["altitude_m"]) == ("measured", 2.0, None)

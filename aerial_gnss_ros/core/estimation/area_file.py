@@ -8,7 +8,6 @@ from pathlib import Path
 
 from aerial_gnss_ros.core.config.area_of_operation import Polygon, polygons_from_geojson
 from aerial_gnss_ros.core.values.errors import ConfigError
-from aerial_gnss_ros.text.sentences import cut
 
 MAX_BYTES = 1_000_000
 
@@ -34,14 +33,14 @@ def load_area(area: str) -> tuple[Polygon, ...]:
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or "it is no text"
         raise ConfigError(
-            f"detections.area is {cut(area)}, which cannot be read ({why}); give the path of a "
+            f"detections.area is {area}, which cannot be read ({why}); give the path of a "
             "GeoJSON file."
         ) from error
     if len(content) > MAX_BYTES:
         raise ConfigError(
-            f"detections.area {cut(area)} is larger than {MAX_BYTES // 1_000_000} MB; simplify it."
+            f"detections.area {area} is larger than {MAX_BYTES // 1_000_000} MB; simplify it."
         )
     try:
         return polygons_from_geojson(text)
     except ConfigError as error:
-        raise ConfigError(f"detections.area {cut(area)}: {error}") from error
+        raise ConfigError(f"detections.area {area}: {error}") from error
