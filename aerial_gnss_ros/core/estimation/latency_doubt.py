@@ -68,8 +68,8 @@ class LatencyDoubtTuning:
     """Sigma of another latency below which images are taken in once more, s: above, the filter
     learns nothing else."""
     interval_s: float = 0.4
-    """Least time between images that are taken, s: some ten decide, and each costs as much as one
-    in the filter. Judged."""
+    """Least time between images that are taken, s: some ten decide, each costs as much as one in
+    the filter, and what fits badly does so for about as long, by one cause. Judged."""
     decided_s: float = 30.0
     """Time in motion after which the configured latency is taken for right, s. Judged."""
     moving_mps: float = 0.5

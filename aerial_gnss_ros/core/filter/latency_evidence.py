@@ -38,9 +38,6 @@ class LatencyEvidenceTuning:
     caution: float = 2.0
     """Divisor of log likelihoods: robots and errors do not follow the model exactly, and a box may
     count twice. Judged."""
-    together_s: float = 0.35
-    """Images that follow within this time count together no more than one may, s: what fits badly
-    does so for longer, by the same cause. Judged."""
     before_s: float = 0.5
     """How long before telemetry jumps images do not count, s: it is smoothed. Judged."""
     after_s: float = 1.2
@@ -65,14 +62,12 @@ class Stretch:
         times_s: of the n images, s.
         costs: n of (h,), -2 log likelihood of an image's boxes at each candidate, up to a constant;
             infinite where there was no telemetry.
-        worst: upper bound of each.
         levels: ratio of noise to the stated one that each is normalised by.
         jumps_s: times at which telemetry may have jumped, ascending, s.
     """
 
     times_s: list[float] = field(default_factory=list)
     costs: list[Array] = field(default_factory=list)
-    worst: list[float] = field(default_factory=list)
     levels: list[float] = field(default_factory=list)
     jumps_s: list[float] = field(default_factory=list)
 
@@ -134,17 +129,12 @@ class LatencyEvidence:
         cost = np.zeros(len(self._corrections))
         for squares, size in fits:
             cost += np.minimum(squares, TUNING.most_squares) - EXPECTED + size - size.min()
+        cost = np.minimum(cost, len(fits) * (TUNING.most_squares - EXPECTED))
         if known is not None:
             cost[~known] = np.inf
-        worst = len(fits) * (TUNING.most_squares - EXPECTED)
         stretch = self._stretches[-1]
-        if stretch.times_s and time_s - stretch.times_s[-1] < TUNING.together_s:
-            stretch.costs[-1] = stretch.costs[-1] + cost
-            stretch.worst[-1] = max(stretch.worst[-1], worst)
-            return
         stretch.times_s.append(time_s)
         stretch.costs.append(cost)
-        stretch.worst.append(worst)
         stretch.levels.append(level)
         if len(stretch.times_s) >= TUNING.most_images:
             self.interrupt()
@@ -180,9 +170,8 @@ class LatencyEvidence:
             if not stretch.times_s:
                 continue
             times, cost = np.array(stretch.times_s)[:, None], np.array(stretch.costs)
-            worst = np.array(stretch.worst)[:, None]
             weight = np.minimum(np.array(stretch.levels) / excess, 1.0)[:, None]
-            cost = np.where(np.isfinite(cost), weight * np.minimum(cost, worst), cost)
+            cost = np.where(np.isfinite(cost), weight * cost, cost)
             if alike:
                 complete = np.isfinite(cost).all(axis=1)
                 if not complete.any():
