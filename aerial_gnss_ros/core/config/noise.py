@@ -13,8 +13,8 @@ _FROM_SET = "NaN: from the set."
 _NAN = math.nan
 
 
-def _sigma(doc: str, unit: str, high: float) -> float:
-    value: float = key(_NAN, f"{doc} {_FROM_SET}", unit=unit, low=0.0, high=high, optional=True)
+def _sigma(doc: str, unit: str, high: float, low: float = 0.0) -> float:
+    value: float = key(_NAN, f"{doc} {_FROM_SET}", unit=unit, low=low, high=high, optional=True)
     return value
 
 
@@ -45,13 +45,19 @@ class Noise:
     attitude_white_deg: float = _sigma("White noise of the attitude, each axis.", "deg", 45.0)
     gimbal_white_deg: float = _sigma("White noise of the gimbal, each axis.", "deg", 45.0)
     height_white_m: float = _sigma("White noise of the height.", "m", 100.0)
-    box_center_px: float = _sigma("White noise of a box's centre, each axis.", "px", 500.0)
+    box_center_px: float = _sigma("White noise of a box's centre, each axis.", "px", 500.0, 0.01)
     robot_acceleration: float = _sigma(
         "Process noise of a robot's velocity (random walk): larger follows turns faster, smooths "
         "less.",
         "m/s^1.5",
         100.0,
     )
+
+    @property
+    def exact(self) -> tuple[str, ...]:
+        """Slow errors that are stated to be 0: no published covariance contains them."""
+        slow = ("gnss_offset_m", "heading_deg", "gimbal_pitch_deg", "gimbal_roll_deg", "height_m")
+        return tuple(name for name in slow if self.value(name) == 0.0)
 
     def __hash__(self) -> int:
         """Return an equal number for equal ones; that of all values takes longer than its use."""

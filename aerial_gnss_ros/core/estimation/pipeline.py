@@ -82,6 +82,13 @@ class Pipeline:
         self._camera_change = CameraChange(log)
         self._checks = PointChecks(config, load_area(config.detections.area), log)
         self._references = ReferenceClasses(config.references, log)
+        if config.noise.exact and config.method == "filter":
+            names = ", ".join(f"noise.{name}" for name in config.noise.exact)
+            log.warn_once(
+                "exact sensors",
+                f"Stated to be 0: {names}. No sensor is exact, and published covariances do not "
+                "contain these errors; state how large they may be, or leave the lines out.",
+            )
         self._altitude_told = False
         self.measured: tuple[PosedFrame, dict[str, int]] | None = None
         self._locate = paper.locate if config.method == "paper" else localization.locate
@@ -128,6 +135,7 @@ class Pipeline:
     def end(self) -> Settled:
         """Decide on all pending boxes at the end of input, and return the decisions."""
         self.tracking.end()
+        self._references.end()
         return self.tracking.settled()
 
     def coast(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:

@@ -40,7 +40,12 @@ class ReferenceClasses:
         for name, class_id in list(self._waiting.items()):
             if class_token(class_id) in tokens:
                 del self._waiting[name]
-        if (frame.stamp_ns - self._first_ns) * 1e-9 < WAITS_S:
+        if (frame.stamp_ns - self._first_ns) * 1e-9 >= WAITS_S:
+            self.end()
+
+    def end(self) -> None:
+        """Report those that are still waited for, of input that ends or lasts long enough."""
+        if not self._seen:
             return
         seen = ", ".join(map(repr, sorted(self._seen)))
         for name, class_id in self._waiting.items():

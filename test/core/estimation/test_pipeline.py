@@ -175,3 +175,10 @@ def test_a_robot_is_published_by_the_method_that_is_configured(sea, monkeypatch,
     assert line.robots.asked[0].latitude[0] == pytest.approx(exact.latitude[0], abs=1e-12)
     expected = {"filter": 0.2, "single": exact.latitude[0], "paper": published.latitude[0]}
     assert result.estimates[0].latitude == pytest.approx(expected[method], abs=1e-12)
+
+
+def test_errors_that_are_stated_to_be_zero_are_named(sea):
+    engine = sea.estimator({"noise.heading_deg": 0.0, "noise.height_m": 0.0})
+    (sentence,) = [one for one in engine.events if "Stated to be 0" in one]
+    assert "noise.heading_deg, noise.height_m." in sentence
+    assert not [one for one in sea.estimator().events if "Stated to be 0" in one]
