@@ -3,9 +3,9 @@
 """How many right labels a few clicks give: on labelled images, and on simulated flights.
 
 A simulated person clicks the middle of an object that has no box yet, in the frame with the most of
-them, until none is left. A carried box is right if it overlaps a label (intersection over union) by
-half, or if their centres are within 8 px; each label counts once. "Carried" boxes are those that
-are sure; unsure ones would be asked about.
+them, until none is left; then says yes once to each robot that is asked about and has a right box.
+A carried box is right if it overlaps a label (intersection over union) by half, or if their centres
+are within 8 px; each label counts once. "Carried" boxes are those that are sure.
 
 python benchmarks/teach.py IMAGES --labels labels.csv --kind swimmer --first 31
 python benchmarks/teach.py FLIGHT_BAG
@@ -244,10 +244,32 @@ def _teach(session: Session, truth: Labels) -> list[dict]:
         made.append({"robot": click.robot, "class": kind, "frame": frame,
                      "x": round(float(box[0]), 1), "y": round(float(box[1]), 1)})  # fmt: skip
         print(f"  {click.robot} in frame {frame}: carried in {time.perf_counter() - began:.1f} s")
+    made += _answers(session, truth)
+    count, _ = _compare(session, truth)
+    count.clicks = len(made)
+    print(count.line())
     lost = Counter(track.sight.value for of in session.tracks.values() for track in of.values())
     print(f"robots times frames: {dict(lost)}; questions {len(session.questions())}; frames "
           f"complete {sum(session.labels(i) is not None for i in range(len(truth)))} of "
           f"{len(truth)}")  # fmt: skip
+    return made
+
+
+def _answers(session: Session, truth: Labels) -> list[dict]:
+    """Say yes to each robot that is asked about, in the first frame in which its box is right."""
+    made = []
+    for asked in session.questions():
+        kind, of = session.project.classes[asked.robot], session.tracks[asked.robot]
+        right = [frame for frame in range(asked.frame, asked.until + 1)
+                 if any(own == kind and _right(box, of[frame].box)
+                        for own, box, _ in truth[frame])]  # fmt: skip
+        if right and of[right[0]].sight is Sight.UNSURE:
+            box = of[right[0]].box
+            corner = np.concatenate([box[:2] - box[2:] / 2.0, box[2:]])
+            session.add([Click(asked.robot, kind, right[0], box=corner)])
+            made.append({"robot": asked.robot, "class": kind, "frame": right[0],
+                         "box": corner.round(1).tolist()})  # fmt: skip
+    print(f"  answered yes to {len(made)} questions")
     return made
 
 

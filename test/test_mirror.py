@@ -65,7 +65,7 @@ TESTED_WITH = {
     "simulation/test_renderer.py": (
         "simulation/raster simulation/scene simulation/shading simulation/wash"
     ),
-    "teaching/test_session.py": "teaching/carry teaching/tracks",
+    "teaching/test_session.py": "teaching/tracks",
     "training/test_second_look.py": (
         "training/proposals training/second_look_network training/second_look_network_fit "
         "training/second_look_network_views"

@@ -26,16 +26,18 @@ from aerial_gnss_ros.teaching.tracks import (
     clipped,
     coasted,
     doubted,
+    extents,
     likelihoods,
     overlap,
     predicted,
     started,
+    turning,
     updated,
 )
 
 Array = NDArray[np.float64]
-SIZE_RATIO = (0.5, 2.0)
-"""Bounds of an outline's longer side relative to the one predicted from the mark."""
+SIZE_RATIO = (0.67, 1.5)
+"""Bounds of the length of an outline's diagonals relative to the mark's."""
 FIT_RATIO = (0.75, 1.35)
 """Bounds of the drawn relative to the outlined box of a mark: how tightly the person draws."""
 NEXT = 0.6
@@ -82,6 +84,12 @@ class Frames(Protocol):
 
     def clutter(self, index: int, box: Array) -> float:
         """Return the share of the pixels round a box that are no water."""
+
+    def plane(self, index: int, point: Array) -> Array:
+        """Return the pixels (2, 2) of a metre to the East and North at a point (2,) of a frame.
+
+        Where the camera is unknown, they are those of any other unit: the identity.
+        """
 
     def motion(self, first: int, second: int, points: Array) -> tuple[Array, float]:
         """Return where points (n, 2) px of one frame are in another (NaN: nowhere), and one sigma.
@@ -143,13 +151,14 @@ def _run(frames: Frames, anchors: Mapping[str, Mapping[int, Mark]], step: int) -
 def _begun(frames: Frames, mark: Mark) -> tuple[Track, Array]:
     """Return the track at a mark, and how the drawn box relates to the outline there."""
     if mark.box is None:
-        nowhere = started(mark.frame, np.array([0.0, 0.0, 1.0, 1.0]), np.zeros(1))
+        nowhere = started(mark.frame, np.array([0.0, 0.0, 1.0, 1.0]), np.zeros(1), np.eye(2))
         return absent(mark.frame, nowhere), np.ones(2)
     outline = frames.outline(mark.frame, mark.box)
     fit = np.ones(2)
     if outline is not None and overlap(outline, mark.box) > 0.3:
         fit = np.clip(mark.box[2:] / outline[2:], *FIT_RATIO)
-    return started(mark.frame, mark.box, frames.look(mark.frame, mark.box)), fit
+    plane = frames.plane(mark.frame, mark.box[:2])
+    return started(mark.frame, mark.box, frames.look(mark.frame, mark.box), plane), fit
 
 
 def _advanced(
@@ -201,11 +210,17 @@ def _candidates(frames: Frames, frame: int, tracks: Sequence[Track]) -> Proposal
     A long robot may be several proposals, and a faint one none.
     """
     found = frames.proposals(frame)
-    own = [box for track in tracks if (box := frames.outline(frame, track.box)) is not None]
+    own = [box for track in tracks for box in _expected(frames, track)]
     if not own:
         return found
     looks = [frames.look(frame, box) for box in own]
     return Proposals(np.vstack([found.boxes, *own]), np.vstack([found.looks, *looks]))
+
+
+def _expected(frames: Frames, track: Track) -> list[Array]:
+    """Return the outlines of what is where a robot is expected: as before, and however turned."""
+    rough = [track.box, np.array([*track.box[:2], *turning(track)])]
+    return [box for one in rough if (box := frames.outline(track.frame, one)) is not None]
 
 
 def _merged(box: Array, others: Sequence[tuple[Array, bool]]) -> bool:
@@ -223,16 +238,24 @@ def _merged(box: Array, others: Sequence[tuple[Array, bool]]) -> bool:
 
 
 def _placed(frames: Frames, track: Track, proposal: Array, fit: Array) -> Array:
-    """Return the box on a proposal: its outline, as tight as the person draws."""
-    rough = np.concatenate([proposal[:2], np.maximum(proposal[2:], track.box[2:])])
-    outline = frames.outline(track.frame, rough)
-    as_before = np.concatenate([proposal[:2], track.box[2:]])
-    if outline is None:
-        return as_before
-    size = outline[2:] * fit
-    if not SIZE_RATIO[0] < float(size.max()) / track.long < SIZE_RATIO[1]:
-        return as_before
-    return np.concatenate([outline[:2], size])
+    """Return the box on a proposal: its outline, as tight as the person draws.
+
+    The outline of a part is too small for the robot: then that of all that is where it may be.
+    """
+    around = np.concatenate([proposal[:2], np.maximum(proposal[2:], track.box[2:])])
+    turned = np.array([*track.box[:2], *turning(track)])
+    for rough in (around, turned):
+        outline = frames.outline(track.frame, rough)
+        if outline is None:
+            continue
+        box = np.concatenate([outline[:2], outline[2:] * fit])
+        ratio = extents(box[None], track.plane)[0] / track.extent
+        if SIZE_RATIO[0] < ratio < SIZE_RATIO[1]:
+            return box
+    # Moved no farther than needed to hold the part.
+    room = np.maximum(track.box[2:] - proposal[2:], 0.0) / 2.0
+    apart = track.box[:2] - proposal[:2]
+    return np.concatenate([proposal[:2] + np.clip(apart, -room, room), track.box[2:]])
 
 
 def _settle(result: Tracks, anchors: Mapping[str, Mapping[int, Mark]]) -> None:

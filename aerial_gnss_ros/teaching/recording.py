@@ -32,6 +32,7 @@ INTERVAL_S = 0.5
 IN_MEMORY = 24
 GEOMETRIC_SIGMA = 0.006
 """One sigma of positions moved by telemetry between two frames, share of the image's width."""
+_METRE = 0.1  # m, over which the water is taken as seen in parallel perspective
 _PROPOSALS = "proposals.npz"
 
 
@@ -194,6 +195,18 @@ class Recording:
         if key not in self._clutter:
             self._clutter[key] = clutter(self.image(index), box)
         return self._clutter[key]
+
+    def plane(self, index: int, point: Array) -> Array:
+        """Return the pixels (2, 2) of a metre to the East and North; the identity if unknown."""
+        view = self.views[index]
+        if view is None:
+            return np.eye(2)
+        place = view.place(point[None])
+        pixels = view.pixel(
+            place + _METRE * np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
+        )
+        plane = np.asarray((pixels[1::2] - pixels[::2]).T / (2.0 * _METRE))
+        return plane if np.isfinite(plane).all() else np.eye(2)
 
     def motion(self, first: int, second: int, points: Array) -> tuple[Array, float]:
         """Return where points (n, 2) px of one frame are in another, and one sigma, px."""

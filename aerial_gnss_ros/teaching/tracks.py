@@ -22,7 +22,8 @@ class Tuning:
     """Constants of the decision.
 
     Attributes:
-        size: one sigma of the logarithm of a box's change of size in one step, and since the mark.
+        size: one sigma of the logarithm of a box's change of size in one step.
+        extent: the same of its diagonals' since the mark: of a square that turns, up to 0.35.
         unlike: one sigma of 1 - likeness of one object in two images.
         likeness: least likeness of a candidate.
         gate: greatest distance of a candidate from its prediction, sigma.
@@ -40,6 +41,7 @@ class Tuning:
     """
 
     size: float = 0.45
+    extent: float = 0.25
     unlike: float = 0.10
     likeness: float = 0.55
     gate: float = 3.5
@@ -77,8 +79,11 @@ class Track:
         variance: of the centre, each axis, px squared.
         marked: (k,) colours at the mark.
         seen: (k,) average of the colours since.
-        long: longer side at the mark, scaled as the image since, px.
+        extent: length of the box's diagonals at the mark, in the units of `plane`: whichever way a
+            long robot turns, it stays about the same.
+        plane: (2, 2) px of this frame from units of the water, or from px of the mark's frame.
         steps: frames since the mark.
+        away_s: time since it was seen, s; once too long (`returned`), it stays so until a mark.
         sight: what is known here.
         probability: of the box, 0 to 1.
     """
@@ -89,23 +94,31 @@ class Track:
     variance: float
     marked: Array
     seen: Array
-    long: float
+    extent: float
+    plane: Array
     steps: int = 0
+    away_s: float = 0.0
     sight: Sight = Sight.SURE
     probability: float = 1.0
 
 
-def started(frame: int, box: Array, look: Array) -> Track:
-    """Return the track of a robot in the frame of a mark."""
-    return Track(
-        frame,
-        box.copy(),
-        np.zeros(2),
-        (0.1 * float(box[2:].max())) ** 2,
-        look,
-        look,
-        float(box[2:].max()),
-    )
+def started(frame: int, box: Array, look: Array, plane: Array) -> Track:
+    """Return the track of a robot in the frame of a mark; arguments as in `Track`."""
+    variance = (0.1 * float(box[2:].max())) ** 2
+    extent = float(extents(box[None], plane)[0])
+    return Track(frame, box.copy(), np.zeros(2), variance, look, look, extent, plane)
+
+
+def extents(boxes: Array, plane: Array) -> Array:
+    """Return the mean lengths (n,) of the diagonals of boxes (n, 4), see `Track.plane`."""
+    back = np.linalg.inv(plane)
+    both = [np.linalg.norm(boxes[:, 2:] * (1.0, sign) @ back.T, axis=1) for sign in (1.0, -1.0)]
+    return np.asarray(0.5 * (both[0] + both[1]))
+
+
+def turning(track: Track) -> Array:
+    """Return the width and height (2,) of what a robot covers as it turns, px."""
+    return np.asarray(track.extent * np.linalg.norm(track.plane, axis=1))
 
 
 def predicted(track: Track, frame: int, moved: Array, sigma: float, elapsed_s: float) -> Track:
@@ -129,7 +142,7 @@ def predicted(track: Track, frame: int, moved: Array, sigma: float, elapsed_s: f
     velocity = track.velocity @ axes
     return replace(
         track, frame=frame, box=box, velocity=velocity, variance=variance,
-        long=track.long * scale, steps=track.steps + 1,
+        plane=axes.T @ track.plane, steps=track.steps + 1, away_s=track.away_s + elapsed_s,
     )  # fmt: skip
 
 
@@ -143,8 +156,10 @@ def likelihoods(track: Track, found: Proposals) -> Array:
     apart = gap**2 / variance
     like = np.maximum(likeness(track.marked, found.looks), likeness(track.seen, found.looks))
     long = found.boxes[:, 2:].max(axis=1)
-    growth = np.log(long / track.box[2:].max()) ** 2 + np.log(long / track.long) ** 2
-    value = -0.5 * (apart + growth / TUNING.size**2 + ((1.0 - like) / TUNING.unlike) ** 2)
+    grown = np.log(long / track.box[2:].max()) / TUNING.size
+    other = np.log(extents(found.boxes, track.plane) / track.extent) / TUNING.extent
+    unlike = (1.0 - like) / TUNING.unlike
+    value = -0.5 * (apart + grown**2 + other**2 + unlike**2)
     value = value - np.log(np.sqrt(variance) / (0.5 * track.box[2:].max()))
     good = (apart < TUNING.gate**2) & (like > TUNING.likeness)
     return np.where(good, value, -np.inf)
@@ -203,17 +218,29 @@ def updated(track: Track, box: Array, look: Array, probability: float, elapsed_s
     speed = float(np.linalg.norm(velocity))
     if speed > most:
         velocity = velocity * most / speed
-    sure = probability >= TUNING.sure
-    seen = TUNING.kept * track.seen + (1.0 - TUNING.kept) * look if sure else track.seen
+    sure = probability >= TUNING.sure and not returned(track)
+    kept = TUNING.kept if sure else 1.0
+    seen = kept * track.seen + (1.0 - kept) * look
+    extent = track.extent**kept * float(extents(box[None], track.plane)[0]) ** (1.0 - kept)
     return replace(
         track,
         box=box,
+        extent=extent,
         velocity=velocity,
+        away_s=track.away_s if returned(track) else 0.0,
         variance=(1.0 - gain) * track.variance + 1.0,
         seen=seen,
         sight=Sight.SURE if sure else Sight.UNSURE,
-        probability=probability,
+        probability=probability if sure else min(probability, 0.5),
     )
+
+
+def returned(track: Track) -> bool:
+    """Return whether a robot was away so long that what is found may be another one.
+
+    It may have moved by more than its own length since it was seen.
+    """
+    return track.away_s * TUNING.speed > 1.0
 
 
 def coasted(track: Track, size: tuple[int, int], out: bool = False) -> Track:

@@ -61,8 +61,8 @@ def test_a_robot_that_dives_is_asked_about_and_its_frames_are_left_out(film, wor
     session = Session(work(made))
     session.add([_click(name, 1, made.truth[1][name]) for name in THREE])
     (question,) = session.questions()
-    assert (question.robot, question.frame, question.until) == ("white", 5, 7)
-    assert [frame for frame in range(10) if session.labels(frame) is None] == [5, 6, 7]
+    assert (question.robot, question.frame, question.until) == ("white", 5, 9)
+    assert [frame for frame in range(10) if session.labels(frame) is None] == [5, 6, 7, 8, 9]
     # Answered: not visible from 5 on, and there again in 8.
     session.add([Click("white", "white", 5), _click("white", 8, made.truth[8]["white"])])
     session.add([Click("white", "white", 7)])
@@ -70,6 +70,15 @@ def test_a_robot_that_dives_is_asked_about_and_its_frames_are_left_out(film, wor
     assert [len(session.labels(frame)) for frame in range(10)] == [3] * 5 + [2] * 3 + [3] * 2
     assert session.undo().mark.frame == 7
     assert session.project.marks[-1].frame == 8
+
+
+def test_a_robot_that_was_hidden_for_a_moment_needs_no_answer(film, work):
+    """In 1 s it moves by less than its length: what is found is the same."""
+    made = film(THREE, hidden={"white": range(5, 6)})
+    session = Session(work(made))
+    session.add([_click(name, 1, made.truth[1][name]) for name in THREE])
+    (question,) = session.questions()
+    assert (question.frame, question.until) == (5, 5)
 
 
 def test_a_robot_that_leaves_the_image_is_out_of_view_and_returns(film, work):
