@@ -23,10 +23,11 @@ from aerial_gnss_ros.commands.configuration import add_arguments as add_configur
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError, ModelError
+from aerial_gnss_ros.teaching.advice import lengths, parameters
 from aerial_gnss_ros.teaching.clicks import read_clicks
 from aerial_gnss_ros.teaching.dataset import FEW, FOLDER, Written, write_dataset
 from aerial_gnss_ros.teaching.geometry import View
-from aerial_gnss_ros.teaching.learning import NETWORK, PARAMETERS, Learnt, Plan, learn, parameters
+from aerial_gnss_ros.teaching.learning import NETWORK, Learnt, Plan, learn
 from aerial_gnss_ros.teaching.project import FILE
 from aerial_gnss_ros.teaching.recording import FOLDER as FRAMES
 from aerial_gnss_ros.teaching.recording import Recording, extract
@@ -39,6 +40,7 @@ from aerial_gnss_ros.view.teach import PAGE, PORT, Teacher, routes
 
 MOST_FRAMES = 400
 MOST_SHOWN = 12
+PARAMETERS = "detector.yaml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -129,10 +131,11 @@ def run(args: argparse.Namespace) -> int:
         if not args.json:
             print("\n".join(_as_text(args.output, session, written)))
         learnt = _learn(args, written)
+        advised = "" if learnt is None else _parameters(args.output, session, learnt)
     if args.json:
         print(json.dumps({**_as_dict(args.output, session, written), **_figures(learnt)}, indent=2))
     elif learnt is not None:
-        print("\n".join(_advice(args.output, learnt)))
+        print("\n".join(_advice(args.output, learnt, advised)))
     return 0
 
 
@@ -147,6 +150,13 @@ def _learn(args: argparse.Namespace, written: Written) -> Learnt | None:
         return None
 
 
+def _parameters(output: Path, session: Session, learnt: Learnt) -> str:
+    """Write what belongs into the parameters, and return it."""
+    text = parameters(output / NETWORK, learnt.threshold, learnt.confirm_score, lengths(session))
+    (output / PARAMETERS).write_text(text, encoding="utf-8")
+    return text
+
+
 def _figures(learnt: Learnt | None) -> dict[str, Any]:
     if learnt is None:
         return {}
@@ -158,7 +168,7 @@ def _figures(learnt: Learnt | None) -> dict[str, Any]:
     return {"detector": figures}
 
 
-def _advice(output: Path, learnt: Learnt) -> list[str]:
+def _advice(output: Path, learnt: Learnt, advised: str) -> list[str]:
     score = "the part kept aside has no labels, so nothing is known about its quality"
     if learnt.robots:
         score = (
@@ -173,7 +183,7 @@ def _advice(output: Path, learnt: Learnt) -> list[str]:
         ),
         f"  {score}",
         f"put into detector.yaml (or give --params {output / PARAMETERS}):",
-        parameters(output, learnt).rstrip(),
+        advised.rstrip(),
     ]
 
 

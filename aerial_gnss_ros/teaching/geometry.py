@@ -49,6 +49,16 @@ class View:
         pixels, valid = self.camera.project(points @ self.rotation)
         return np.where(valid[:, None], pixels + _MIDDLE, np.nan)
 
+    def longer_side(self, box: Array) -> float:
+        """Return the longer side of a box (4,) at its middle's distance, m; NaN at the horizon."""
+        place = self.place(box[None, :2])[0]
+        distance = np.linalg.norm([*(place - self.position[:2]), self.position[2]])
+        half = np.diag(0.5 * box[2:])
+        ends = np.concatenate([box[:2] - half, box[:2] + half]) - _MIDDLE
+        rays, valid = self.camera.rays(ends)
+        chords = np.linalg.norm(rays[2:] - rays[:2], axis=1)
+        return float(distance * chords.max()) if valid.all() else float("nan")
+
     def as_dict(self) -> dict[str, Any]:
         """Return the view for JSON."""
         camera = self.camera

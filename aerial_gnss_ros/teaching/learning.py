@@ -26,6 +26,7 @@ from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.detection.taught import TERMS, TaughtDetector
 from aerial_gnss_ros.resources import install_hint
+from aerial_gnss_ros.teaching.advice import least_score
 from aerial_gnss_ros.teaching.dataset import FOLDER
 from aerial_gnss_ros.text.json_text import parse_json
 from aerial_gnss_ros.text.sentences import counted
@@ -33,11 +34,11 @@ from aerial_gnss_ros.training.composing import photographs_of
 from aerial_gnss_ros.training.cut_paste import Cutout, cut_out
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_labels
 from aerial_gnss_ros.training.layout import open_dataset
-from aerial_gnss_ros.training.score import Score, score, score_above
+from aerial_gnss_ros.training.score import Score, score_above
 from aerial_gnss_ros.training.share import Share
 from aerial_gnss_ros.training.taught_examples import Examples, Frame, examples_of, in_parts, varied
 
-NETWORK, ABOUT, PARAMETERS, STATE = "taught.onnx", "taught.json", "detector.yaml", ".training.pt"
+NETWORK, ABOUT, STATE = "taught.onnx", "taught.json", ".training.pt"
 FEWEST = 10
 """Boxes of a class below which nothing can be learnt of it."""
 _STOPPING = 0.2  # share of the images to learn from, their end, that decides when to stop
@@ -75,6 +76,7 @@ class Learnt:
         data: fingerprint of labels, images and plan.
         classes: their names.
         threshold: score threshold with the best F1 on the images that decided when to stop.
+        confirm_score: that nearly all boxes on robots kept aside exceed; 0: not known.
         images: number that was kept aside to score on.
         robots: labelled in them.
         found: of these.
@@ -87,6 +89,7 @@ class Learnt:
     data: str
     classes: tuple[str, ...]
     threshold: float
+    confirm_score: float
     images: int
     robots: int
     found: int
@@ -107,7 +110,7 @@ class Learnt:
 
 
 def learn(project: Path, plan: Plan, progress: Progress) -> Learnt:
-    """Train a detector on the data set of a project; write network, scores and parameters into it.
+    """Train a detector on the data set of a project; write network and scores into it.
 
     What is trained already is not trained again; a killed training goes on.
 
@@ -160,28 +163,17 @@ def learn(project: Path, plan: Plan, progress: Progress) -> Learnt:
     second = SecondLook(project / NETWORK, plan.threads)
     threshold = _threshold(second, _some(stopping, _MOST_STOPPING))
     kept = list(read_labels(dataset, "val")) if any((dataset / "images/val").glob("*")) else []
-    scored, image_ms = _scored(second, threshold, kept)
+    scored, scores, image_ms = _scored(second, threshold, kept)
     overall = scored.overall
     learnt = Learnt(
-        data, names, threshold, len(kept), overall.robots, overall.found, overall.false,
-        len(examples.proposals), round(trained, 1), round(image_ms, 1),
+        data, names, threshold, least_score(scores, threshold), len(kept), overall.robots,
+        overall.found, overall.false, len(examples.proposals), round(trained, 1),
+        round(image_ms, 1),
     )  # fmt: skip
-    (project / PARAMETERS).write_text(parameters(project, learnt), encoding="utf-8")
     (project / ABOUT).write_text(json.dumps(asdict(learnt), indent=2), encoding="utf-8")
     state.unlink(missing_ok=True)
     _sign(state).unlink(missing_ok=True)
     return learnt
-
-
-def parameters(project: Path, learnt: Learnt) -> str:
-    """Return what belongs into detector.yaml."""
-    return (
-        "/**/detector:\n"
-        "  ros__parameters:\n"
-        f"    model: {ANOMALY}\n"
-        f"    second_look: {json.dumps(str((project / NETWORK).resolve()), ensure_ascii=False)}\n"
-        f"    score_threshold: {learnt.threshold:g}\n"
-    )
 
 
 def _check(images: Sequence[LabelledImage], names: Sequence[str]) -> None:
@@ -292,11 +284,15 @@ def _threshold(second: SecondLook, images: Sequence[LabelledImage]) -> float:
 
 def _scored(
     second: SecondLook, threshold: float, images: Sequence[LabelledImage]
-) -> tuple[Score, float]:
-    """Return the score on images, and the time an image took, ms."""
+) -> tuple[Score, list[float], float]:
+    """Return the score on images, the scores of boxes on robots, and the time an image took, ms."""
     began, detector = time.process_time(), _detector(second, threshold)
-    result = score(detector, images)
-    return result, 1e3 * (time.process_time() - began) / max(1, len(images))
+    result, scores = Score(), list[float]()
+    for image in images:
+        found = detector.detect(image.read())
+        matched = result.add(found, image.truth)
+        scores.extend(found.scores[matched.robot >= 0].tolist())
+    return result, scores, 1e3 * (time.process_time() - began) / max(1, len(images))
 
 
 def _fingerprint(dataset: Path, plan: Plan) -> str:

@@ -152,7 +152,7 @@ def test_without_torch_labels_are_written_with_what_to_install(
 def test_what_was_learnt_is_told_with_what_to_put_into_the_parameters(
     tmp_path, capsys, monkeypatch, drawn
 ):
-    learnt = Learnt("0", ("fin",), 0.62, 5, 20, 19, 1, 800, 61.4, 42.0)
+    learnt = Learnt("0", ("fin",), 0.62, 0.7, 5, 20, 19, 1, 800, 61.4, 42.0)
     monkeypatch.setattr(command, "learn", lambda *_args: learnt)
     clicks = _say(tmp_path / "clicks.json", [{"frame": 2, "x": 85, "y": 108}])
     work = tmp_path / "mine"
@@ -160,10 +160,13 @@ def test_what_was_learnt_is_told_with_what_to_put_into_the_parameters(
     said = capsys.readouterr().out
     assert "on the 5 images kept aside, with 20 labels: precision 0.950, recall 0.950" in said
     assert "trained in 61 s on 800 boxes, 42 ms an image" in said
-    shown = yaml.safe_load(said[said.index("/**/detector:") :])["/**/detector"]["ros__parameters"]
-    assert shown == {
+    shown = yaml.safe_load(said[said.index("/**/detector:") :])
+    assert shown == yaml.safe_load((work / "detector.yaml").read_text())
+    assert shown["/**/detector"]["ros__parameters"] == {
         "model": "anomaly", "second_look": str(work / "taught.onnx"), "score_threshold": 0.62,
     }  # fmt: skip
+    assert "/**/estimator" not in shown  # no lengths without telemetry
+    assert "#     tracks: {confirm_score: 0.7}" in said
     assert teach(tmp_path / "long", "-o", work, "--clicks", clicks, "--json") == 0
     assert json.loads(capsys.readouterr().out)["detector"]["recall"] == 0.95
 

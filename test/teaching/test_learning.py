@@ -19,7 +19,7 @@ from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.teaching import learning
 from aerial_gnss_ros.teaching.clicks import Click
 from aerial_gnss_ros.teaching.dataset import write_dataset
-from aerial_gnss_ros.teaching.learning import NETWORK, PARAMETERS, Plan, learn
+from aerial_gnss_ros.teaching.learning import NETWORK, Plan, learn
 from aerial_gnss_ros.teaching.recording import extract
 from aerial_gnss_ros.teaching.session import Session
 
@@ -69,8 +69,6 @@ def test_it_finds_the_robot_and_not_the_buoy(work, monkeypatch):
     assert (learnt.images, learnt.robots) == (4, 4)
     assert (learnt.precision, learnt.recall) == (1.0, 1.0)
     assert not list(folder.glob(".training*"))
-    values = (folder / PARAMETERS).read_text()
-    assert f"score_threshold: {learnt.threshold:g}" in values
     config = detector_config({
         "model": "anomaly", "second_look": str(folder / NETWORK),
         "score_threshold": learnt.threshold,
