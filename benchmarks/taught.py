@@ -5,8 +5,9 @@
 python benchmarks/taught.py torpedo --teach-on A.jpg --find-on B.jpg -o WORK
 
 A.jpg and B.jpg are photographs of water, taken straight down; both flights are over two robots of
-the model and four other things afloat. The page of `aerial-gnss teach` is driven in a real browser:
-one click in the middle of each robot, in its first image in which it is whole. Then `replay` runs
+the model and four other things afloat. The page of `aerial-gnss teach` is driven in a real browser,
+by what `teach_person.py` says: one click in the middle of each robot, a box drawn where that is
+off, answers to what is asked. Then `replay` runs
 with the taught detector.yaml on the other flight (another seed, another photograph), and `evaluate`
 compares its positions with the truth. A stage that is done is kept in WORK.
 
@@ -34,6 +35,7 @@ from numpy.typing import NDArray
 from tables import columns, show
 from teach import _bag_truth as bag_truth
 from teach_page import browser, shot
+from teach_person import Act, next_act
 
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.tables import EstimatedTrack, read_positions
@@ -44,10 +46,12 @@ from aerial_gnss_ros.evaluation.errors import at_stamps, compare, summarise
 from aerial_gnss_ros.evaluation.truth import Truth, read_truth
 from aerial_gnss_ros.simulation.robots import Swarm, SwimPlan
 from aerial_gnss_ros.teaching.recording import Recording
+from aerial_gnss_ros.teaching.session import Session
 from aerial_gnss_ros.training.labelled_bag import read_bag
 from aerial_gnss_ros.training.score import Score
 
 FALSE_M = 2.0
+MOST_ACTS = 20
 PERSON_S = {
     "typed": 0.28,  # K: an average typist's key
     "pointed": 1.1,  # P
@@ -56,7 +60,8 @@ PERSON_S = {
     "decided": 1.35,  # M
     "watched": 0.2,  # an image while the recording plays once, to look for what is not labelled
 }
-HEADS = ["robot", "clicks", "person, s (estimate)", "teach, labels: wall (processor), s",
+HEADS = ["robot", "clicks", "boxes drawn", "answers",
+         "person, s (estimate)", "teach, labels: wall (processor), s",
          "training", "replay", "boxes: precision", "recall", "images with a position",
          "error, m RMS", "false robots"]  # fmt: skip
 
@@ -176,19 +181,19 @@ def _teach(log: Log, folder: Path, model: str, threads: str, picture: Path | Non
     )  # fmt: skip
     url = next(line.split()[1] for line in server.stderr if line.startswith("open http"))
     opened = clock.read()[0]
-    clicks = _clicks(folder / "taught", Recording(work))
     with browser() as driver:
         driver.get(url)
-        for number, (frame, x, y) in enumerate(clicks):
-            _click(driver, number, frame, x, y)
+        acts = _acts(driver, folder / "taught", work, model)
         state = driver.execute_script("return page.state")
         if picture is not None:
-            shot(driver, clicks[-1][0], picture)
-    log.keep("clicks", len(clicks))
+            shot(driver, acts[-1].frame, picture)
+    log.keep("acts", [(act.kind, act.robot, act.frame) for act in acts])
+    log.keep("marks", [sum(act.kind == kind for act in acts)
+                       for kind in ("click", "box", "yes")])  # fmt: skip
     log.keep("questions", len(state["questions"]))
     log.keep("labelled", [round(clock.read()[0], 1), None])
     log.keep("page opened after", opened)
-    log.keep("person", round(_person(arguments, len(clicks), len(Recording(work))), 1))
+    log.keep("person", round(_person(arguments, acts, len(Recording(work))), 1))
     server.send_signal(signal.SIGINT)
     said, _ = server.communicate()
     print(said, flush=True)
@@ -199,50 +204,65 @@ def _teach(log: Log, folder: Path, model: str, threads: str, picture: Path | Non
     log.keep("training", [about["training_s"], clock.read()[1]])
 
 
-def _clicks(bag: Path, recording: Recording) -> list[tuple[int, float, float]]:
-    """Return frame and middle of each robot where it is first whole, in the order of frames."""
-    width, height = recording.size
-    found: dict[str, tuple[int, float, float]] = {}
-    for frame, labels in enumerate(bag_truth(bag, recording)):
-        for _, (x, y, w, h), robot in labels:
-            whole = min(x - w / 2, y - h / 2, width - x - w / 2, height - y - h / 2) > 2.0
-            if whole and robot not in found:
-                found[robot] = (frame, float(x), float(y))
-    return sorted(found.values())
-
-
-def _click(driver: Any, number: int, frame: int, x: float, y: float) -> None:
-    """Show a frame, take a new robot after the first, click, and wait until it is carried."""
+def _acts(driver: Any, bag: Path, work: Path, model: str) -> list[Act]:
+    """Do on the page all that a person does; return it."""
     from selenium.webdriver.common.action_chains import ActionChains
     from selenium.webdriver.support.ui import WebDriverWait
 
     wait = WebDriverWait(driver, 300)
     wait.until(lambda one: one.execute_script("return page.hello && page.shown >= 0"))
-    driver.execute_script("show(arguments[0])", frame)
-    wait.until(lambda one: one.execute_script(f"return page.shown === {frame}"))
-    if number:
-        ActionChains(driver).send_keys("r").perform()
-    place = driver.execute_script(
-        "const now = view(), box = picture.getBoundingClientRect();"
-        "return [now.x + arguments[0] * now.scale - box.width / 2,"
-        " now.y + arguments[1] * now.scale - box.height / 2];",
-        x,
-        y,
-    )
-    canvas = driver.find_element("id", "picture")
-    ActionChains(driver).move_to_element_with_offset(canvas, *place).click().perform()
-    wait.until(
-        lambda one: one.execute_script(
-            f"return (page.state.marks > {number} || !at('banner').hidden)"
-            " && !at('status').textContent"
+    truth, names, done = bag_truth(bag, Recording(work)), dict[str, str](), list[Act]()
+    while len(done) < MOST_ACTS and (act := next_act(Session(work), truth, names)) is not None:
+        fresh = act.robot not in names
+        name = names.setdefault(act.robot, f"{model}_{len(names) + 1}")
+        if act.kind == "yes":
+            driver.execute_script(
+                "page.question = page.state.questions.find(one => one.robot === arguments[0])", name
+            )
+        driver.execute_script("show(arguments[0])", act.frame)
+        wait.until(lambda one, at=act.frame: one.execute_script(f"return page.shown === {at}"))
+        keys = "y"
+        if act.kind != "yes":
+            keys = "r" if fresh and len(names) > 1 else str(list(names).index(act.robot) + 1)
+        marks = driver.execute_script("return page.state.marks")
+        ActionChains(driver).send_keys(keys).perform()
+        if act.kind != "yes":
+            _point(driver, act)
+        wait.until(
+            lambda one, had=marks: one.execute_script(
+                f"return (page.state.marks > {had} || !at('banner').hidden)"
+                " && !at('status').textContent"
+            )
         )
+        refused = driver.execute_script(
+            "return at('banner').hidden ? '' : at('banner').textContent"
+        )
+        if refused:
+            raise SystemExit(f"the page refused {act}: {refused}")
+        done.append(act)
+    return done
+
+
+def _point(driver: Any, act: Act) -> None:
+    """Click the middle of the robot, or draw its box."""
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    half = np.zeros(2) if act.kind == "click" else act.box[2:] / 2.0
+    canvas, actions = driver.find_element("id", "picture"), ActionChains(driver)
+    first, last = (
+        driver.execute_script(
+            "const now = view(), box = picture.getBoundingClientRect();"
+            "return [now.x + arguments[0] * now.scale - box.width / 2,"
+            " now.y + arguments[1] * now.scale - box.height / 2];",
+            *corner.tolist(),
+        )
+        for corner in (act.box[:2] - half, act.box[:2] + half)
     )
-    refused = driver.execute_script("return at('banner').hidden ? '' : at('banner').textContent")
-    if refused:
-        raise SystemExit(f"the page refused a click: {refused}")
+    actions.move_to_element_with_offset(canvas, *first).click_and_hold()
+    actions.move_to_element_with_offset(canvas, *last).release().perform()
 
 
-def _person(arguments: list[str], clicks: int, frames: int) -> float:
+def _person(arguments: list[str], acts: list[Act], frames: int) -> float:
     """Return an estimate of a person's time, s."""
     of = PERSON_S
     command = of["decided"] + of["typed"] * len("aerial-gnss " + " ".join(arguments) + "\n")
@@ -250,7 +270,10 @@ def _person(arguments: list[str], clicks: int, frames: int) -> float:
     each = 2.0 * of["decided"] + of["typed"] + 2.0 * of["moved hands"] + of["pointed"]
     end = of["decided"] + 2.0 * of["typed"]  # Ctrl-C
     looked = of["decided"] + of["watched"] * frames
-    return command + page + clicks * (each + of["clicked"]) + looked + end
+    drawn = each + of["pointed"] + of["clicked"]
+    answered = of["decided"] + 2.0 * of["typed"]  # N and Y
+    spent = {"click": each + of["clicked"], "box": drawn, "yes": answered}
+    return command + page + sum(spent[act.kind] for act in acts) + looked + end
 
 
 def _replay(log: Log, folder: Path) -> None:
@@ -326,7 +349,7 @@ def _row(model: str, of: dict[str, Any]) -> list[str]:
         return f"{wall:.0f} ({used:.0f})" if used else f"{wall:.0f}"
 
     return [
-        model, str(of["clicks"]), f"{of['person']:.0f}", took("labelled"), took("training"),
+        model, *map(str, of["marks"]), f"{of['person']:.0f}", took("labelled"), took("training"),
         took("replay"), f"{found / max(found + false, 1):.3f}", f"{found / max(robots, 1):.3f}",
         f"{100.0 * where['share']:.0f} %", f"{where['rms_m']:.2f}", str(where["false"]),
     ]  # fmt: skip
