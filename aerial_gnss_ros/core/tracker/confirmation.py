@@ -108,9 +108,9 @@ class TrackConfirmation:
         if not ready:
             return ready
         known = not self.robots_missing(stamp_ns)
-        present = [known * self._present(track, stamp_ns, new) for track in tracks]
-        every = sum(present)
-        return [row for row in ready if self._outlasts(tracks[row], stamp_ns, every - present[row])]
+        gone = [known * self._vanished(track, stamp_ns, new) for track in tracks]
+        every = sum(gone)
+        return [row for row in ready if self._outlasts(tracks[row], stamp_ns, every - gone[row])]
 
     def confirm(
         self,
@@ -231,8 +231,8 @@ class TrackConfirmation:
         missed = sum(unseen_s > TRANSIENTS.vanished_s for unseen_s in recent)
         return missed > 0 and 2 * missed >= len(recent)
 
-    def _present(self, track: Track, stamp_ns: int, new: int) -> float:
-        """Return the probability that a track is a transient, before it has ended.
+    def _vanished(self, track: Track, stamp_ns: int, new: int) -> float:
+        """Return the probability that a track is a transient that has vanished.
 
         Args:
             track: tentative, or labelled: a robot that vanished soon may have been none.
@@ -240,19 +240,19 @@ class TrackConfirmation:
             new: number of tentative tracks.
         """
         unseen_s = (stamp_ns - track.last_seen_ns) * 1e-9
-        if track.state is not State.TENTATIVE:
-            if track.leaving_view or not TRANSIENTS.vanished_s < unseen_s < TRANSIENTS.memory_s:
-                return 0.0
-            return outlasted(_lasted_s(track))
-        if unseen_s > TRANSIENTS.vanished_s:
+        if track.leaving_view or not TRANSIENTS.vanished_s < unseen_s < TRANSIENTS.memory_s:
+            return 0.0
+        if track.state is State.TENTATIVE:
             return transience(track, new)
-        appeared = track.first_seen_ns > self.rule.first_ns and not track.entered_view
-        return TRANSIENTS.appeared * appeared * _no_chance(track, new)
+        return outlasted(_lasted_s(track))
 
     def _outlasts(self, track: Track, stamp_ns: int, vanishing: float) -> bool:
-        """Return whether a track has lasted longer, or scored higher, than any transient would."""
-        lasted_s, score = _lasted_s(track), track.mean_score
-        false = self.transients.expected(stamp_ns, vanishing, lasted_s, score)
+        """Return whether a track has been seen longer, or scored higher, than any transient would.
+
+        Its boxes tell how long: one after the other, several transients at one place last, too.
+        """
+        seen_s = min(_lasted_s(track), track.score_count * self.rule.interval_s)
+        false = self.transients.expected(stamp_ns, vanishing, seen_s, track.mean_score)
         return false < TUNING.expected_false_tracks
 
     def _reidentify(self, ready: list[int], stamp_ns: int, height: float) -> Returns:
@@ -291,12 +291,7 @@ def transience(track: Track, new: int) -> float:
     """
     if track.score_count < 2 or track.leaving_view or track.rejected:
         return 0.0
-    return _no_chance(track, new)
-
-
-def _no_chance(track: Track, new: int) -> float:
-    """Return the probability that a track's boxes are not unrelated ones in its gate by chance."""
-    return max(0.0, 1.0 - new * track.clutter_probability)
+    return max(0.0, 1.0 - new * track.clutter_probability)  # else chance: boxes of several things
 
 
 def _lasted_s(track: Track) -> float:

@@ -47,6 +47,7 @@ class ConfirmationRule:
         window_ns: time within which they must occur, ns.
         images: stamps of the images within that time, ns.
         first_ns: stamp of the first image, ns.
+        interval_s: median time between images of late, s; infinite before the second one.
     """
 
     def __init__(self, rules: TracksConfig) -> None:
@@ -61,6 +62,7 @@ class ConfirmationRule:
         self.hits, self.window_ns = self._stated_hits, self._stated_ns
         self.images: deque[int] = deque()
         self.first_ns = 2**63 - 1
+        self.interval_s = math.inf
 
     def enough(self, hits: Iterable[int]) -> bool:
         """Return whether there are as many measurements as the rule requires.
@@ -80,6 +82,7 @@ class ConfirmationRule:
         if self._last_ns is not None:
             self._gaps_ns.append(stamp_ns - self._last_ns)
             interval_ns = sorted(self._gaps_ns)[(len(self._gaps_ns) - 1) // 2]
+            self.interval_s = interval_ns * 1e-9
             more = self._stated_hits + 1
             seldom = (self._stated_hits - 1) * interval_ns > self._stated_ns
             if seldom and more * interval_ns <= TUNING.largest_stretch * self._stated_ns:

@@ -3,9 +3,8 @@
 """Transient clutter: foam and glint that images show several times in one place, but not for long.
 
 Boxes of such a thing are not independent, so a count of boxes is no evidence against it. What is:
-how long it has lasted, as foam dissolves, and its scores, as a detector is seldom sure of foam. How
-much of it there is, tracks tell that ended soon without having been robots: where none did, nothing
-is expected, and no robot waits.
+how long it has been seen, as foam dissolves, and its scores, as a detector is seldom sure of foam.
+How much of it there is, tracks tell that ended soon without having been robots.
 """
 
 from __future__ import annotations
@@ -26,8 +25,9 @@ class TransientsTuning:
     """Time after which a track that is not seen has ended, s. Judged."""
     missed_s: float = 10.0
     """Time for which a robot that vanished may only be missed, s. Judged."""
-    appeared: float = 0.5
-    """Probability that what appears in the middle of the view is none that surfaced. Judged."""
+    unseen: float = 2.0
+    """Expected number of transients in view that have not been seen to end. Judged: with fewer,
+    foam is taken for robots before any has ended; with more, robots of low scores wait longer."""
     score_scale: float = 0.11
     """Mean excess of clutter's scores over the least score that is used: over 0.3, the median of 55
     boxes on foam, glint and stones in photographs that training had not seen lies 0.1 higher."""
@@ -68,18 +68,17 @@ class Transients:
         oldest_ns = stamp_ns - TUNING.memory_s * 1e9
         self._ended = (*(one for one in self._ended if one[0] > oldest_ns), (stamp_ns, probability))
 
-    def expected(self, stamp_ns: int, vanishing: float, lasted_s: float, score: float) -> float:
+    def expected(self, stamp_ns: int, vanishing: float, seen_s: float, score: float) -> float:
         """Return the expected number of transients that last as long and score as high as a track.
 
         Args:
             stamp_ns: of the image, ns.
             vanishing: expected number of those that have ended, but are not noted yet.
-            lasted_s: from the track's first box to its last one, s.
+            seen_s: time for which images have shown the track, s.
             score: mean of its boxes' scores.
         """
         oldest_ns = stamp_ns - TUNING.memory_s * 1e9
-        count = vanishing + sum(share for ended_ns, share in self._ended if ended_ns > oldest_ns)
-        if not count:
-            return 0.0
+        ended = sum(share for ended_ns, share in self._ended if ended_ns > oldest_ns)
+        count = TUNING.unseen + vanishing + ended
         excess = max(0.0, score - self.min_score) / TUNING.score_scale
-        return count * outlasted(lasted_s) * math.exp(-excess)
+        return count * outlasted(seen_s) * math.exp(-excess)

@@ -15,30 +15,31 @@ from aerial_gnss_ros.core.values.estimates import State
 SECOND = 1_000_000_000
 
 
-def test_nothing_is_expected_where_nothing_ended():
-    assert Transients(0.25).expected(SECOND, 0.0, 0.0, 0.25) == 0.0
+def test_some_are_expected_before_any_has_ended():
+    assert Transients(0.25).expected(SECOND, 0.0, 0.0, 0.25) == TUNING.unseen
 
 
 def test_longer_and_higher_scores_are_less_expected():
     seen = Transients(0.25)
     for _ in range(4):
         seen.note(SECOND, 0.5)
-    assert seen.expected(SECOND, 1.0, 0.0, 0.25) == pytest.approx(3.0)
-    assert seen.expected(SECOND, 1.0, 0.0, 0.1) == pytest.approx(3.0)
+    every = TUNING.unseen + 3.0
+    assert seen.expected(SECOND, 1.0, 0.0, 0.25) == pytest.approx(every)
+    assert seen.expected(SECOND, 1.0, 0.0, 0.1) == pytest.approx(every)
     later = seen.expected(SECOND, 1.0, TUNING.lifetime_s, 0.25)
     surer = seen.expected(SECOND, 1.0, 0.0, 0.25 + TUNING.score_scale)
-    assert (later, surer) == pytest.approx((3.0 / math.e, 3.0 / math.e))
+    assert (later, surer) == pytest.approx((every / math.e, every / math.e))
 
 
 def test_they_are_forgotten():
     seen = Transients(0.25)
     seen.note(SECOND, 1.0)
     memory_ns = round(TUNING.memory_s * 1e9)
-    assert seen.expected(SECOND + memory_ns - 1, 0.0, 0.0, 0.25) == 1.0
-    assert seen.expected(SECOND + memory_ns + 1, 0.0, 0.0, 0.25) == 0.0
+    assert seen.expected(SECOND + memory_ns - 1, 0.0, 0.0, 0.25) == TUNING.unseen + 1.0
+    assert seen.expected(SECOND + memory_ns + 1, 0.0, 0.0, 0.25) == TUNING.unseen
     seen.note(SECOND, 1.0)
     seen.reset()
-    assert seen.expected(SECOND, 0.0, 0.0, 0.25) == 0.0
+    assert seen.expected(SECOND, 0.0, 0.0, 0.25) == TUNING.unseen
 
 
 class Foam:
@@ -81,12 +82,31 @@ def confirmed(sea, score):
 
 
 def test_foam_is_no_robot_and_a_sure_one_hardly_waits(sea):
-    """The first patches are not known to be foam; from the third second on, none is a robot."""
     foam, robot = confirmed(sea, 0.85)
-    assert max(foam) < 3.0
+    assert not foam
     assert Foam.BEGIN_S < min(robot) < Foam.BEGIN_S + 1.3
 
 
 def test_one_of_low_score_is_confirmed_once_it_has_outlasted_foam(sea):
     _, robot = confirmed(sea, 0.4)
     assert Foam.BEGIN_S + 3.0 < min(robot) < Foam.BEGIN_S + 7.0
+
+
+class Glint(Foam):
+    """Flashes of glint round one place, six an image in the mean; nothing else."""
+
+    def __init__(self, sea, seed):
+        super().__init__(sea, 0.4)
+        self.rng = np.random.default_rng(seed)
+
+    def frame(self, t):
+        """Return the boxes of an image."""
+        places = self.rng.normal((640, 360), 100.0, (self.rng.poisson(6.0), 2))
+        return self.boxes(t, places, score=0.4)
+
+
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_flash_after_flash_at_one_place_is_no_robot(sea, seed):
+    """A track of several flashes lasts, but most images do not show it."""
+    results = sea.play(sea.estimator(), Glint(sea, seed), 30.0, images=5)
+    assert not any(result.estimates for result in results)
