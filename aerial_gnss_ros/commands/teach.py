@@ -80,8 +80,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--water", type=Path, metavar="FOLDER",
-        help="images of water without any robot: robots are pasted on them, too, and what floats "
-        "there is none",
+        help="images of water without any robot: robots are pasted onto them too, and whatever "
+        "floats in them is learnt to be none",
     )  # fmt: skip
     parser.add_argument(
         "--threads", type=int, default=0, metavar="N",
