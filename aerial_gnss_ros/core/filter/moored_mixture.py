@@ -86,11 +86,20 @@ class MooredGroup:
         shares: Array = odds / odds.sum()
         return shares
 
-    def publish(self, mean: Array, covariance: Array, published: Published = _alone) -> None:
-        """Put in the mixture's moments (see `MooredMixture`)."""
+    def publish(
+        self,
+        mean: Array,
+        covariance: Array,
+        published: Published = _alone,
+        unseen: Array | None = None,
+    ) -> None:
+        """Put in the mixture's moments (see `MooredMixture`).
+
+        `unseen` (n,): for how long no image has shown each robot, s; None: the law's own.
+        """
         weights, rows = self.weights(), self.base.rows
         n = len(rows)
-        shown = np.exp(-self.base.unseen / MOTION_MODEL.held_s)
+        shown = np.exp(-(self.base.unseen if unseen is None else unseen) / MOTION_MODEL.held_s)
         shares = np.zeros((3, n))
         means, blocks = np.tile(mean[rows], (3, 1, 1)), np.tile(covariance[rows], (3, 1, 1, 1))
         for i, one in enumerate(self.both, 1):

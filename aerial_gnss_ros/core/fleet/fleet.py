@@ -32,7 +32,7 @@ from aerial_gnss_ros.core.fleet.fleet_references import FleetReferences, staying
 from aerial_gnss_ros.core.fleet.gates import TUNING as GATES
 from aerial_gnss_ros.core.fleet.gates import fitting, usable
 from aerial_gnss_ros.core.fleet.matching import RobotMatching
-from aerial_gnss_ros.core.fleet.publication import displaced, published
+from aerial_gnss_ros.core.fleet.publication import displaced, measured, published
 from aerial_gnss_ros.core.fleet.robots import FleetRobot, Names, recognise
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
 from aerial_gnss_ros.core.fleet.sighting import Sighting
@@ -391,7 +391,10 @@ class Fleet:
         mean, blocks = joint.robots.copy(), joint.blocks()
         told = self._references.apply(self.robots, mean, blocks, self.state, seen.pose.stamp_ns)
         if self.staying is not None and self.staying.law is not None:
-            self.staying.publish(mean, blocks, self._references.published)
+            # Images of drones that take turns are no misses.
+            shown = [measured(robot, self._drones, seen.pose.stamp_ns) for robot in self.robots]
+            unseen = np.where(shown, 0.0, joint.unseen)
+            self.staying.publish(mean, blocks, self._references.published, unseen)
         estimates = published(mean, blocks, self.robots, self._drones, seen, self.local)
         depth_m = self._config.depth.sigma_m
         found = inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m)

@@ -46,7 +46,7 @@ def published(
         if len(robot.labels) == 1 and not robot.contradicted(now_ns):
             # What displaces others of its only drone's robots may displace it as well.
             covariance[:2, :2] += apart[next(iter(robot.labels))] ** 2 * np.eye(2)
-        state = State.CONFIRMED if _measured(robot, drones, now_ns) else State.COASTING
+        state = State.CONFIRMED if measured(robot, drones, now_ns) else State.COASTING
         found.append(
             RobotEstimate(
                 seen.stamp_ns,
@@ -83,7 +83,7 @@ def displaced(robots: list[FleetRobot], drone: int, now_ns: int) -> float:
     return found
 
 
-def _measured(robot: FleetRobot, drones: list[Drone], now_ns: int) -> bool:
+def measured(robot: FleetRobot, drones: list[Drone], now_ns: int) -> bool:
     """Return whether the last image of any drone measured a robot."""
     for number in robot.labels:
         one = drones[number]

@@ -79,3 +79,17 @@ def test_a_receiver_that_jumps_makes_it_begin_anew(orbit):
     fleet.update(name, replace(seen, believed=seen.believed + 5.0))
     assert fleet.staying.law is not before
     assert fleet.staying.weights()[1] < 0.01
+
+
+def test_a_robot_that_the_other_drone_shows_is_not_missed(orbit):
+    """Images of two drones take turns; once both are silent, it may have left."""
+    fleet = finding(orbit)
+    fleet_sigmas, swimming = {"a": [], "b": []}, orbit.together()[1][-1][2].estimates
+    for name, seen in told(orbit):
+        estimates = fleet.update(name, seen).estimates
+        fleet_sigmas[name].append(np.mean([one.sigma for one in estimates] or [0.0]))
+    a, b = (np.mean(of[-50:]) for of in fleet_sigmas.values())
+    assert a == pytest.approx(b, rel=0.05)
+    assert max(a, b) < 0.75 * np.mean([one.sigma for one in swimming])
+    later = fleet.predicted(seen.stamp_ns + 2 * 10**9)
+    assert np.mean([one.sigma for one in later]) > 1.5 * b
