@@ -93,7 +93,8 @@ class Shore:
         links: to the drones, by namespace.
         datum: the origin; None until it is known.
         history: the fleet; None until a drone is known.
-        notes: what became of references, each kind of sentence once, until it is taken.
+        notes: what became of references, each kind of sentence once, and which drones have
+            restarted, until it is taken.
     """
 
     def __init__(
@@ -218,8 +219,14 @@ class Shore:
                 "clock_ahead",
                 f"its clock is {ahead_s:.0f} s ahead of this computer's: set both by GNSS or NTP",
             )
+        session = link.gaps.session
         if not link.gaps.take(sent):
             return
+        if session is not None and link.gaps.session != session:
+            self.notes.append(
+                f"Drone {link.drone} has restarted: its names mean other robots until these are "
+                "found to be the same."
+            )
         reason, words = self._trouble(link, sent, self._local)
         if not reason and not self.history.add(sent):
             reason = "too_late"

@@ -258,6 +258,18 @@ def test_a_clock_that_goes_backward_begins_anew(shore, flown):
     assert len(result.estimates) == 3
 
 
+def test_a_restart_is_said_once(shore, flown):
+    first, second, *rest = flown[1]["a"][:6]
+    for one in (first, second):
+        give(shore, one)
+    assert shore.notes == []
+    for one in rest:
+        give(shore, replace(one, session=first.session + 1))
+    give(shore, replace(rest[0], session=first.session))  # still on its way: refused, and not news
+    (note,) = shore.notes
+    assert note.startswith("Drone a has restarted")
+
+
 def test_a_drone_that_changes_its_name_is_another_one(shore, flown):
     made, sent, _ = flown
     for one in [*sent["a"], *sent["b"]]:
