@@ -95,7 +95,7 @@ def flown(cell: Cell, motion: str, seed: int) -> list[float]:
 def main() -> int:
     """Fly what is missing and print the table."""
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=4, help="of each cell (default 4)")
+    parser.add_argument("--seeds", type=int, default=4, help="of each row (default 4)")
     parser.add_argument("--flown", type=Path, help="file that keeps the flights")
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
@@ -116,17 +116,20 @@ def main() -> int:
                     with given.flown.open("a", encoding="utf-8") as file:
                         file.write(json.dumps([*key, *kept[key]]) + "\n")
             own_keys = [key for key in kept if key[:2] == (cell.kind, motion)]
+            if not own_keys:
+                continue
             means = np.mean([kept[key] for key in own_keys], axis=0)
             alone, swimming, together = (math.sqrt(one) for one in means[:3])
             rows.append(
                 [
-                    cell.kind, motion, f"{alone:.3f}", f"{swimming:.3f}", f"{together:.3f}",
+                    cell.kind, motion, str(len(own_keys)),
+                    *(f"{one:.3f}" for one in (alone, swimming, together)),
                     f"{alone / together:.2f}", f"{means[3]:.2f}", f"{100.0 * means[4]:.2f} %",
                 ]
             )  # fmt: skip
     heads = [
-        "flight", "motion", "alone, m", "together, all swim, m", "together, m", "gain", "NEES/2",
-        "beyond",
+        "flight", "motion", "flights", "alone, m", "together, all swim, m", "together, m", "gain",
+        "NEES/2", "beyond",
     ]  # fmt: skip
     show(columns(heads, rows), given.markdown)
     return 0

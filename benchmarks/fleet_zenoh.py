@@ -36,6 +36,19 @@ PROGRAM = [sys.executable, "-m", "aerial_gnss_ros.cli"]
 SIM_TIME = ["-p", "use_sim_time:=true"]
 
 
+def configured(ashore: bool) -> Any:
+    """Return Zenoh's configuration of a side."""
+    import zenoh
+
+    config = zenoh.Config()
+    config.insert_json5("mode", '"router"' if ashore else '"client"')
+    way = f'["tcp/127.0.0.1:{PORT}"]'
+    config.insert_json5("listen/endpoints" if ashore else "connect/endpoints", way)
+    config.insert_json5("connect/timeout_ms", "-1")  # the router may come later
+    config.insert_json5("scouting/multicast/enabled", "false")
+    return config
+
+
 def relay(side: str, dropped: float, result: Path) -> None:
     """Carry the topics of a fleet between this DDS domain and Zenoh until a signal."""
     import rclpy
@@ -47,14 +60,8 @@ def relay(side: str, dropped: float, result: Path) -> None:
     from aerial_gnss_ros.adapters.sighting_messages import SIGHTINGS
     from aerial_gnss_ros.nodes import qos
 
-    config = zenoh.Config()
     ashore = side == "shore"
-    config.insert_json5("mode", '"router"' if ashore else '"client"')
-    way = f'["tcp/127.0.0.1:{PORT}"]'
-    config.insert_json5("listen/endpoints" if ashore else "connect/endpoints", way)
-    config.insert_json5("connect/timeout_ms", "-1")  # the router may come later
-    config.insert_json5("scouting/multicast/enabled", "false")
-    session = zenoh.open(config)
+    session = zenoh.open(configured(ashore))
     stop = threading.Event()
     signal.signal(signal.SIGINT, lambda *_: stop.set())
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
