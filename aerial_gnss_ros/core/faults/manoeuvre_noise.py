@@ -11,6 +11,10 @@ Under the stated model the corrections of `TUNING.correction_sum_s` seconds have
 covariance, in the long run that of the stated acceleration over this time. So the ratio of the
 squared sum to its expectation is that of the actual to the stated spectral density (covariance
 matching: Mehra 1972; here of velocities rather than residuals).
+
+Until then too much was taken for errors of the platform, and these last. So the filter is told by
+how much the robots' process noise was too small, and divides what it has learnt by that: if robots
+tell equally much, the estimate's covariance was too small by the mean of theirs.
 """
 
 from __future__ import annotations
@@ -61,6 +65,7 @@ class ManoeuvreNoise:
         # the same since the last image; sum of ratios, of their weights; time since it was judged.
         self._sums: Array = np.zeros((8, 0))
         self._since = 0.0
+        self._underestimated = 1.0
 
     def add(self, count: int) -> None:
         """Append robots."""
@@ -83,6 +88,11 @@ class ManoeuvreNoise:
     def copy(self, other: ManoeuvreNoise, slot: int) -> None:
         """Let the last robot continue the statistics of robot `slot` of another block."""
         self.strength[-1], self._sums[:, -1] = other.strength[slot], other._sums[:, slot]
+
+    def take_underestimated(self) -> float:
+        """Return by how much the robots' mean strength turned out too small, once; at least 1."""
+        factor, self._underestimated = self._underestimated, 1.0
+        return factor
 
     def predict(self, seconds: float, density: Array | float) -> None:
         """Advance in time.
@@ -145,4 +155,6 @@ class ManoeuvreNoise:
             TUNING.ratio_variance * TUNING.correction_sum_s / np.maximum(weights, 1e-12)
         )
         sure &= weights > TUNING.correction_sum_s
-        self.strength[slots] = np.where(sure, np.minimum(mean, TUNING.largest_strength), 1.0)
+        found = np.where(sure, np.minimum(mean, TUNING.largest_strength), 1.0)
+        self._underestimated = max(1.0, float(found.sum() / strength.sum()))
+        self.strength[slots] = found

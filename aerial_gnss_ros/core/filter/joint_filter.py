@@ -312,6 +312,7 @@ class JointFilter(CameraFaults):
                     self.moored.update(
                         group, outcome, used, self._sight, self.model, self.noise.level
                     )
+                group.doubt_platform(group.manoeuvre_noise.take_underestimated(), self._stationary)
                 squared, count = squared + outcome.squared, count + outcome.count
                 if not self._late and self.rotation_fault.due:
                     judged.append(self._in_view(group, slots))

@@ -184,6 +184,25 @@ class JointState(StateArrays):
         P = factor * (P - through @ both[:, :-1])
         self.covariance = 0.5 * (P + P.T)
 
+    def doubt_platform(self, factor: float, platform: Array) -> None:
+        """Let what boxes have told of the platform's errors count less (see `discount`).
+
+        Robots keep their distributions given these errors.
+
+        Args:
+            factor: by which the information that is not the prior's is divided, at least 1.
+            platform: (7, 7) prior covariance of the platform's errors.
+        """
+        if factor <= 1.0:
+            return
+        P = self.covariance
+        before = JointState(P[:COUNT, :COUNT])
+        before.mean = self.mean[:COUNT].copy()
+        before.discount(factor, platform, 0.0)
+        through = P[:, :COUNT] @ np.linalg.pinv(P[:COUNT, :COUNT], hermitian=True)
+        self.mean = self.mean + through @ (before.mean - self.mean[:COUNT])
+        self.covariance = P + through @ (before.covariance - P[:COUNT, :COUNT]) @ through.T
+
     def forget(self, slots: Indices, platform: Array, speed: Array | float) -> None:
         """Reset the platform's errors except the latency, and some robots.
 

@@ -14,8 +14,10 @@ from aerial_gnss_ros.core.models.motion_model import MotionModel
 DT, STATED, BOX_M = 0.1, 0.05, 0.03
 
 
-def followed(paths: np.ndarray, seed: int = 0) -> list[np.ndarray]:
+def followed(paths: np.ndarray, seed: int = 0, told: list[float] | None = None) -> list[np.ndarray]:
     """Return the strengths (n,) after each image of robots on paths (images, n, 2).
+
+    By how much one of them was too small is added to `told`.
 
     A plain filter of place and velocity, the same for both axes, takes boxes with noise `BOX_M`.
     """
@@ -38,6 +40,8 @@ def followed(paths: np.ndarray, seed: int = 0) -> list[np.ndarray]:
         state, spread = state + change, spread - less
         found.update(np.arange(n), change[:, 1], 2.0 * less[:, 1, 1])
         strengths.append(found.strength.copy())
+        if told is not None:
+            told.append(found.take_underestimated())
     return strengths
 
 
@@ -62,6 +66,14 @@ def test_a_robot_that_circles_is_noticed_within_seconds():
     # what is stated, 2 q 3 s / 2. The filter overshoots somewhat.
     expected = 0.25**2 / (3.0**-2 + 0.5**2) / (STATED**2 * 3.0)
     assert expected < strengths[-1] < 2.0 * expected
+
+
+def test_a_mean_strength_that_was_too_small_is_told_once():
+    paths = np.concatenate([circles(1.0, 0.5, 300, [0.0]), np.zeros((300, 2, 2))], axis=1)
+    factors: list[float] = []
+    means = np.mean(followed(paths, told=factors), axis=1)
+    np.testing.assert_allclose(factors, np.maximum(means / np.append(1.0, means[:-1]), 1.0))
+    assert math.prod(factors) > 3.0
 
 
 def test_what_all_robots_seem_to_do_is_the_cameras():

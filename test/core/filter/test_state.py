@@ -147,6 +147,30 @@ def test_boxes_that_were_noisier_than_assumed_count_as_if_that_had_been_known(mo
     np.testing.assert_allclose(found.mean, right.mean, rtol=1e-6, atol=1e-9)
 
 
+def test_doubted_platform_errors_leave_robots_as_they_are_given_these():
+    """The information beyond the prior's is divided by 5, as that of five times the noise."""
+    prior = MODEL.stationary(None).copy()
+    prior[LATENCY, LATENCY] = 0.0
+
+    def after(noise: float) -> JointState:
+        joint = JointState(prior)
+        H = np.random.default_rng(7).normal(size=(9, COUNT))
+        P = joint.covariance
+        gain = P @ H.T @ np.linalg.inv(H @ P @ H.T + noise * np.eye(9))
+        joint.mean, joint.covariance = gain @ np.arange(9.0), P - gain @ H @ P
+        by_platform = linearise(sight(), np.zeros(7), PLACES).by_platform * 0.01
+        joint.add(np.arange(3), PLACES, by_platform, np.tile(0.04 * np.eye(2), (3, 1, 1)), 0.7)
+        return joint
+
+    found, right = after(0.01), after(0.05)
+    moved = right.mean[:COUNT] - found.mean[:COUNT]
+    by_platform = linearise(sight(), np.zeros(7), PLACES).by_platform * 0.01
+    right.robots[:, :2] += by_platform @ moved
+    found.doubt_platform(5.0, prior)
+    np.testing.assert_allclose(found.covariance, right.covariance, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found.mean, right.mean, rtol=1e-6, atol=1e-9)
+
+
 def test_what_is_forgotten_is_decided_by_the_next_image_alone():
     """As a robot that begins, in mean and covariance, whatever was known of it before."""
     joint, slots = crowd(), np.array([0, 1])
