@@ -27,7 +27,7 @@ import math
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -215,8 +215,6 @@ class World:
 
 def with_covariance(plan: object) -> object:
     """Return sensors whose receiver states its covariance."""
-    from dataclasses import replace
-
     return replace(plan, covariance=True)  # type: ignore[type-var]
 
 
@@ -251,20 +249,25 @@ def score(
     limits: Array, known: Array,
 ) -> Record:  # fmt: skip
     """Return the sums over the positions that are judged."""
-    # In its first seconds a name may be nearest to another robot: a latency is not found yet.
-    names = robots_of(found, true, {"beacon": 0} if world.has_reference else {}, math.inf)
+    # In its first seconds a name may be nearest to another robot: a latency is not found yet. Where
+    # it coasts it may drift past any.
+    shown = [
+        replace(one, estimates=tuple(e for e in one.estimates if e.state is State.CONFIRMED))
+        for one in found
+    ]
+    names = robots_of(shown, true, {"beacon": 0} if world.has_reference else {}, math.inf)
     first = int(world.has_reference)
     sums = dict.fromkeys(("squares", "bound", "known", "published", "nees"), 0.0)
     samples = wanted = 0
     nearer: dict[str, list[bool]] = {}
     start = images[0][0].stamp_ns
-    for k, (result, (frame, _, _)) in enumerate(zip(found, images, strict=True)):
+    for k, (result, (frame, _, _)) in enumerate(zip(shown, images, strict=True)):
         t = (frame.stamp_ns - start) * 1e-9
         judged = t >= FROM_S and abs(t - round(t)) < 1e-6
         wanted += int(true[k].seen[first:].sum()) if judged else 0
         for one in result.estimates:
             robot = names[one.robot_id]
-            if one.state is not State.CONFIRMED or not true[k].seen[robot] or robot < first:
+            if not true[k].seen[robot] or robot < first:
                 continue
             error = one.position - true[k].positions[robot]
             if t > DURATION_S - LAST_S:

@@ -63,13 +63,12 @@ def turns(joint: JointFilter, tracks: list[Track], rows: list[int]) -> bool:
         tracks: all of them.
         rows: of the robots, which all have innovations.
     """
-    every = [np.array(tracks[row].innovations).reshape(3, 6) for row in rows]
+    every = [np.array(tracks[row].innovations).reshape(3, 7) for row in rows]
     last = [seen[~np.isnan(seen[:, 0])] for seen in every]
     offsets = [seen[:, 1:3].mean(axis=0) for seen in last]
     sums = [sum((seen[:, 3] + seen[:, 5]).tolist()) for seen in last]
     means = [0.5 * total / len(seen) ** 2 for total, seen in zip(sums, last, strict=True)]
-    variances = joint.noise.level * np.array(means)
-    return joint.turned_by(np.array(rows), np.array(offsets), variances) > 0.0
+    return joint.turned_by(np.array(rows), np.array(offsets), np.array(means)) > 0.0
 
 
 def manoeuvred_pairs(

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,7 @@ class CandidatePairs:
         inside: those with boxes inside the robots' gates.
         nearest: pairs of robots with boxes inside or near their gates, nearest first; each robot
             and each box occurs at most once.
+        lone: those of a robot and a box that have no other one near.
         new_near: pairs of a new track and a box of its class inside its gate or near it.
         new_inside: those with boxes inside the gates.
         given: the likeliest assignment of the pairs inside robots' gates.
@@ -57,6 +59,7 @@ class CandidatePairs:
     robots: list[int]
     inside: list[int]
     nearest: list[int]
+    lone: set[int]
     new_near: list[int]
     new_inside: list[int]
     given: list[int]
@@ -104,10 +107,13 @@ class CandidatePairs:
                 rows.add(of[k])
                 columns.add(to[k])
                 nearest.append(k)
+        boxes_of, robots_of = Counter(of[k] for k in near), Counter(to[k] for k in near)
+        lone = {k for k in nearest if boxes_of[of[k]] == robots_of[to[k]] == 1}
         given = _best(of, to, squared, wide, threshold, inside)
         return cls(
             pairs, of, to, squared, wide, log, kind, threshold, reach, robots, inside, nearest,
-            beside, grown, given, _left(of, to, squared, reach, robots, given, kind.count(ROBOT)),
+            lone, beside, grown, given,
+            _left(of, to, squared, reach, robots, given, kind.count(ROBOT)),
         )  # fmt: skip
 
     def best(self, pairs: list[int]) -> list[int]:

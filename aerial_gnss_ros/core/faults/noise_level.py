@@ -9,11 +9,14 @@ ratio of actual to stated noise is estimated, and the filter uses it.
 Only white noise counts. A manoeuvring robot, a turning camera or a telemetry jump also causes large
 innovations, but similar ones for several images. Second differences e1 - 2 e2 + e3 of three
 consecutive innovations cancel what is constant or linear in time; for white noise they have the
-covariance S1 + 4 S2 + S3. The median of their normalised squares is robust against single images in
+covariance S1 + 4 S2 + S3. Not all of that is white noise: where images are seldom or boxes were
+missed, much of it is motion that nobody knows. So each tells the level at which its normalised
+square would be a median one, and the median of these levels is robust against single images in
 which a fault begins or a box is misassociated.
 
-Before it is known, innovations have Student's t distribution, whose variance (`unknown`) the test
-for a rotating camera expects.
+The level has a scaled inverse chi-square prior, and no threshold: after few images it is near the
+stated one, and gates that are a little wider let in the boxes that tell of more. Innovations have
+Student's t distribution, whose variance (`unknown`) the test for a rotating camera expects.
 
 Only robots tell it, not new tracks: where false boxes are all there is, the level would grow until
 they were confirmed. What boxes told before the level was found counted too much, which is made good
@@ -24,12 +27,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betaincinv
 
 from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, Rows
 
@@ -42,14 +43,10 @@ class NoiseLevelTuning:
 
     level_images: int = 100
     """Images over which the level is estimated. Judged."""
-    least_images: int = 4
-    """Least number of images. With fewer only a level above 12 is sure."""
     every_images: int = 5
     """Images between estimates, once there are four times as many. Judged."""
-    counts_anew: float = 1.5
+    counts_anew: float = 2.5
     """Factor of the level above what images were counted by from which they count anew. Judged."""
-    by_chance: float = 1.0 / 4000.0
-    """Share of estimates in which correct noise looks larger, and the level is applied."""
     largest_level: float = 100.0
     """Upper bound of the level: ten times the stated standard deviations. Judged."""
     prior_degrees: float = 4.0
@@ -74,9 +71,9 @@ _CORRELATED = 1.0 + 2.0 * (4.0 / 9.0 + 1.0 / 36.0)
 
 
 Innovations = tuple[float, ...]
-"""Those of a robot in its last three images, 18 numbers, see `NoiseLevel.update`."""
+"""Those of a robot in its last three images, 21 numbers, see `NoiseLevel.update`."""
 
-NO_INNOVATIONS: Innovations = (math.nan,) * 18
+NO_INNOVATIONS: Innovations = (math.nan,) * 21
 """Innovations of a track without any."""
 
 
@@ -84,8 +81,8 @@ class NoiseLevel:
     """Estimates the level from the innovations of all robots.
 
     Attributes:
-        level: factor by which the variances of white noise exceed the stated ones; 1 if they may be
-            as stated.
+        level: factor by which the variances of white noise exceed the stated ones, at least 1: mean
+            of its scaled inverse chi-square posterior's scale.
         underestimated: by what factor it was too small for all images so far, above 1 only where
             these are no more than the level is estimated from.
     """
@@ -96,7 +93,7 @@ class NoiseLevel:
     def reset(self) -> None:
         """Forget everything."""
         self.level = self.underestimated = self._counted = 1.0
-        self._degrees, self._seems = TUNING.prior_degrees, 1.0
+        self._degrees = TUNING.prior_degrees
         self._all = True
         # Values of all images in a row and their number in each: a snapshot shares them.
         self._values, self._sizes = b"", tuple[int, ...]()
@@ -107,22 +104,21 @@ class NoiseLevel:
 
         Args:
             seen: last three innovations of each robot in it, one after the other, the latest last;
-                NaN where there are fewer. Each is six numbers: time (ns, from any origin), offset
+                NaN where there are fewer. Each is seven numbers: time (ns, from any origin), offset
                 of a box from its robot's predicted position east and north (m), and the variance of
-                east, the covariance and the variance of north (m²), divided by the level: mostly
-                white noise, so about the stated ones.
+                east, the covariance and the variance of north (m²), and how much of the sum of
+                these variances is white noise as stated (m²; NaN: the box may be another robot's).
         """
-        ratios = _second_differences(seen)
-        if not len(ratios):
+        levels = _levels(seen, self.level)
+        if not len(levels):
             return
-        new = ratios.tobytes()
+        new = levels.tobytes()
         if len(self._sizes) == TUNING.level_images:
             self._all = False
             self._values = self._values[self._sizes[0] :] + new
             self._sizes = (*self._sizes[1:], len(new))
         else:
             self._values, self._sizes = self._values + new, (*self._sizes, len(new))
-        self._degrees = TUNING.prior_degrees + 2.0 * (len(self._values) // 8) / _CORRELATED
         self._since += 1
         due = min(TUNING.every_images, len(self._sizes) // 4)
         if self._since >= due:
@@ -130,17 +126,17 @@ class NoiseLevel:
             self._estimate()
 
     def _estimate(self) -> None:
-        median = _median(np.frombuffer(self._values)) / _MEDIAN
-        images, self._seems = len(self._sizes), min(median, TUNING.largest_level)
-        sure = images >= TUNING.least_images and median > _sure_level(images)
-        self.level = self._seems if sure else 1.0
+        told = 2.0 * len(self._sizes) / _CORRELATED
+        self._degrees = TUNING.prior_degrees + told
+        median = min(_median(np.frombuffer(self._values)), TUNING.largest_level)
+        self.level = max(1.0, (TUNING.prior_degrees + told * median) / self._degrees)
         if self._all and self.level > TUNING.counts_anew * self._counted:
             self.underestimated = self.level / self._counted
 
     @property
     def unknown(self) -> float:
         """Variance of an innovation over that by `level`; above 1 while that is a guess."""
-        return self._scale() * self._degrees / (self._degrees - 2.0)
+        return self._degrees / (self._degrees - 2.0)
 
     @property
     def of_slow_errors(self) -> float:
@@ -151,28 +147,11 @@ class NoiseLevel:
         """
         return 1.0 + TUNING.one_scale * (self._counted - 1.0)
 
-    def _scale(self) -> float:
-        n, before = self._degrees, TUNING.prior_degrees
-        return max(1.0, (before + (n - before) * self._seems) / (n * self.level))
-
     def take_underestimated(self) -> float:
         """Return `underestimated`, once."""
         factor, self.underestimated = self.underestimated, 1.0
         self._counted *= factor
         return factor
-
-
-@cache
-def _sure_level(images: int) -> float:
-    """Return the level that correct noise exceeds once in `1 / TUNING.by_chance` estimates.
-
-    The median of n independent values of an exponential distribution of mean 1 exceeds x if at
-    least half of them do: binomial, each with probability exp(-x).
-    """
-    half = 0.5 * (images / _CORRELATED + 1.0)
-    # The binomial's tail as an incomplete beta function, whose arguments need not be integers.
-    each = float(betaincinv(half, half, TUNING.by_chance))
-    return -math.log(each) / _MEDIAN
 
 
 def _median(values: Array) -> float:
@@ -183,27 +162,35 @@ def _median(values: Array) -> float:
     return 0.5 * float(ordered[low] + ordered[high])
 
 
-def _second_differences(seen: list[Innovations]) -> Array:
-    """Return half the normalised squares, of mean 1, of robots with even intervals.
+def _levels(seen: list[Innovations], level: float) -> Array:
+    """Return of each robot with even intervals the level at which its difference is a median one.
+
+    Half the normalised square of a difference of covariance C has the median ln 2, and C grows by
+    the white noise W in it: with the trace's share of that, at the level 1 + (q / ln 2 - 1) C / W.
+    The median of these levels is where half of the squares exceed their medians.
 
     Args:
         seen: of each robot, see `NoiseLevel.update`.
+        level: by which the covariances were computed.
     """
     if len(seen) <= MAX_ROWS:
-        return np.array([ratio for ratio, even in _ratios(seen) if even])
-    ((ratios, even),) = _ratios([np.array(seen).T])
-    of_even: Array = ratios[even]
+        return level + np.array([more for more, even in _ratios(seen) if even])
+    ((beyond, even),) = _ratios([np.array(seen).T])
+    of_even: Array = level + beyond[even]
     return of_even
 
 
 def _ratios(rows: Rows) -> list[tuple[Any, Any]]:
-    """Return half the normalised square, and whether the intervals are even, of each row."""
+    """Return by how much the level is larger, and whether the intervals are even, of each row."""
     uneven, found = TUNING.uneven_intervals, list[tuple[Any, Any]]()
-    for t1, x1, y1, a1, b1, d1, t2, x2, y2, a2, b2, d2, t3, x3, y3, a3, b3, d3 in rows:
+    for t1, x1, y1, a1, b1, d1, w1, t2, x2, y2, a2, b2, d2, w2, t3, x3, y3, a3, b3, d3, w3 in rows:
         before, after = t2 - t1, t3 - t2
-        even = (before / uneven <= after) & (after <= before * uneven)  # false if one is missing
+        white = w1 + 4.0 * w2 + w3
+        # False if one is missing.
+        even = (before / uneven <= after) & (after <= before * uneven) & (white > 0.0)
         x, y = x1 - 2.0 * x2 + x3, y1 - 2.0 * y2 + y3
         a, b, d = a1 + 4.0 * a2 + a3, b1 + 4.0 * b2 + b3, d1 + 4.0 * d2 + d3
         squared = d * x * x - 2.0 * b * x * y + a * y * y
-        found.append((0.5 * squared / (abs(a * d - b * b) + 1e-24), even))
+        ratio = 0.5 * squared / (abs(a * d - b * b) + 1e-24) / _MEDIAN
+        found.append(((ratio - 1.0) * (a + d) / (white + 1e-24), even))
     return found

@@ -9,6 +9,7 @@ the tracker applies, through this table.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,7 +115,7 @@ class TrackTable:
             track.state = State.COASTING
         self.filter.ambiguity.note_return()
 
-    def note_innovations(self, able: CandidatePairs, stamp_ns: int) -> None:
+    def note_innovations(self, able: CandidatePairs, seen: Measurements, stamp_ns: int) -> None:
         """Take in the innovations of the robots in view."""
         pairs, near = able.pairs, able.nearest
         if not near:
@@ -124,10 +125,12 @@ class TrackTable:
         found: list[Innovations] = []
         passed, share = float(stamp_ns - self._origin_ns), 1.0 / self.filter.noise.level
         chosen = pairs.offsets.take(near, axis=0).tolist(), pairs.spread.take(near, axis=0).tolist()
+        stated = (share * seen.white.trace(axis1=1, axis2=2)).tolist()
         for k, (east, north), ((a, b), (_, d)) in zip(near, *chosen, strict=True):
-            now = (passed, east, north, share * a, share * b, share * d)
+            told = stated[able.columns[k]] if k in able.lone else math.nan
+            now = (passed, east, north, a, b, d, told)
             track = self.tracks[able.rows[k]]
-            track.innovations = track.innovations[6:] + now
+            track.innovations = track.innovations[7:] + now
             found.append(track.innovations)
         self.filter.noise.update(found)
 

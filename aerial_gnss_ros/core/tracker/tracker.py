@@ -279,7 +279,7 @@ class Tracker:
         able = self._matcher.gate(self.table.tracks, seen, stamp_ns)
         if able is None:
             return NO_PAIRS
-        self.table.note_innovations(able, stamp_ns)
+        self.table.note_innovations(able, seen, stamp_ns)
         decided = self._matcher.assign(self.table.tracks, able, len(seen.index), stamp_ns)
         self.table.apply(decided, able)
         return decided.rows, decided.columns

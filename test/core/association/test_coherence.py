@@ -11,7 +11,6 @@ import pytest
 
 from aerial_gnss_ros.core.association.coherence import swerves, turns
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
@@ -29,16 +28,14 @@ def by_angles(place):
     return np.array([[0.0, -HEIGHT_M, -north], [HEIGHT_M, 0.0, east]])
 
 
-def filter_of(level=1.0):
+def filter_of():
     """Return what is asked of the joint filter."""
     moved = np.array([by_angles(place) for place in PLACES])
 
     def turned_by(rows, offsets, variances):
         return fit_rotation(offsets, variances, moved[rows], MOTION_MODEL.swerve_s * SPEED)[2]
 
-    noise = NoiseLevel()
-    noise.level = level
-    return SimpleNamespace(turned_by=turned_by, speeds=lambda _: SPEED, noise=noise)
+    return SimpleNamespace(turned_by=turned_by, speeds=lambda _: SPEED)
 
 
 def pairs_of(offsets):
@@ -75,9 +72,9 @@ def test_a_box_is_one_robots():
     assert swerves(filter_of(), shared, [0, 1], [2, 3], THRESHOLD) == 1
 
 
-def strained(offsets):
+def strained(offsets, level=1.0):
     """Return robots whose boxes were so far off (n, 2) in the last three images."""
-    variances = SIGMA**2, 0.0, SIGMA**2
+    variances = level * SIGMA**2, 0.0, level * SIGMA**2, 2.0 * SIGMA**2
     return [
         Track(
             "aqua",
@@ -94,7 +91,7 @@ def test_boxes_that_lag_all_as_one_turn_has_it_are_the_cameras():
     assert turns(filter_of(), strained(turned(1.0)), rows)
     assert not turns(filter_of(), strained([[0.3, 0], [-0.3, 0], [0, 0.3], [0, -0.3]]), rows)
     # Where boxes are as noisy as that, a turn has little to explain.
-    assert not turns(filter_of(level=20.0), strained(turned(1.0)), rows)
+    assert not turns(filter_of(), strained(turned(1.0), level=20.0), rows)
 
 
 @pytest.mark.parametrize(

@@ -42,6 +42,12 @@ def test_a_box_of_another_class_is_in_no_list():
 def test_the_nearest_box_is_one_robots_and_no_box_is_two_robots():
     found = candidates([[2.0, 1.0], [0.5, 4.0], [9.1, 9.2]], [ROBOT] * 3)
     assert found.nearest == [2, 1]
+    assert not found.lone
+
+
+def test_alone_are_a_robot_and_a_box_with_no_other_one_near():
+    assert candidates([[2.0, 9.1], [9.1, 8.0], [9.2, 8.5]], [ROBOT] * 3).lone == {0}
+    assert not candidates([[2.0, 8.0]], [ROBOT]).lone
 
 
 def test_the_best_pairs_are_the_likeliest_all_together():
