@@ -76,9 +76,15 @@ class InnovationStatistics:
 
 
 class InnovationMonitor:
-    """Monitors each image's fit, and reports inconsistency in words."""
+    """Monitors each image's fit, and reports inconsistency in words.
+
+    Attributes:
+        quick_s: time within which the platform's errors change, where that is not the stated one,
+            s; 0: it is.
+    """
 
     def __init__(self) -> None:
+        self.quick_s = 0.0
         # Of each of the last images: squared residual, degrees of freedom. An array, which a
         # snapshot copies as one block.
         self._window = np.zeros((TUNING.fit_images, 2))
@@ -93,6 +99,7 @@ class InnovationMonitor:
 
     def reset(self) -> None:
         """Forget everything."""
+        self.quick_s = 0.0
         self._window, self._images = np.zeros((TUNING.fit_images, 2)), 0
         self._squared, self._count = 0.0, 0
         self._alarm, self._level = False, 1.0
@@ -107,7 +114,8 @@ class InnovationMonitor:
         """Present inconsistencies, in sentences; empty without any."""
         misfit = (_misfit(self.fit.ratio, self._level),) if self._alarm else ()
         turned = (self._turned,) if self._turned else ()
-        return (*misfit, *self._incredible.values(), *self._outside(), *turned)
+        quick = (_quick(self.quick_s),) if self.quick_s else ()
+        return (*misfit, *quick, *self._incredible.values(), *self._outside(), *turned)
 
     def _outside(self) -> tuple[str, ...]:
         matched, missed = sum(self._matched), sum(self._missed)
@@ -248,4 +256,11 @@ def _incredible(name: str, error: float, sigma: float) -> str:
         f"The {words} seems to need a correction of {scale * error:+.2g} {unit}, which is "
         f"{abs(error) / sigma:.1f} times the stated sigma ({parameter}): {remedy} state a larger "
         "one."
+    )
+
+
+def _quick(seconds: float) -> str:
+    return (
+        f"Errors of the compass, the gimbal or the height change within about {seconds:g} s: "
+        "noise.correlation_time_s or camera.latency_s may be wrong."
     )

@@ -18,6 +18,7 @@ from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector, nobody
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_fault import RobotsInView
 from aerial_gnss_ros.core.filter.camera_faults import CameraFaults
+from aerial_gnss_ros.core.filter.correlation_times import CorrelationTimes
 from aerial_gnss_ros.core.filter.innovation import PairInnovations, pair_innovations
 from aerial_gnss_ros.core.filter.linearization import (
     CameraView,
@@ -32,7 +33,7 @@ from aerial_gnss_ros.core.filter.recalibration import (
 )
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import correct, linearise
+from aerial_gnss_ros.core.filter.update import Outcome, correct, linearise
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.camera_motion import TUNING as CAMERA_MOTION
@@ -75,6 +76,7 @@ class JointFilter(CameraFaults):
         monitor: consistency of innovations with the stated noise.
         jumps: detector of GNSS jumps.
         noise: ratio of actual to stated white noise.
+        times: weighs for how long the platform's slow errors last.
         jumped: whether orientation or height have jumped with the last image.
     """
 
@@ -87,6 +89,7 @@ class JointFilter(CameraFaults):
         self._latency_ns = round(config.camera.latency_s * 1e9)
         self.moored = MooredMixture() if config.tracks.find_moored else None
         self.noise = NoiseLevel()
+        self.times = CorrelationTimes(self.model)
         self.jumps = GnssJumpDetector(self.log)
         self.reset()
 
@@ -110,6 +113,7 @@ class JointFilter(CameraFaults):
         self._climbed = 0.0
         self.monitor.reset()
         self.noise.reset()
+        self.times.reset()
 
     @property
     def stationary(self) -> Array:
@@ -118,6 +122,8 @@ class JointFilter(CameraFaults):
 
     def predict(self, seconds: float) -> None:
         """Predict to a later time."""
+        if not self._late:
+            self.times.predict(self._groups[0], seconds, self._stationary, self.motion)
         if self.moored is not None:
             keep = self.model.decay(seconds)
             self.moored.predict(self._groups, seconds, keep, self._stationary, self.motion)
@@ -174,6 +180,7 @@ class JointFilter(CameraFaults):
     def _follow_jump(self, jump: Array) -> None:
         """Follow an accepted jump (3,) of the position, m."""
         self._motion.shift(jump)
+        self.times.restart()
         if self.moored is not None:
             self.moored.reset()
         for group in self._groups:
@@ -209,6 +216,7 @@ class JointFilter(CameraFaults):
             also: other joint states of the same camera.
             searched: whether the latency is estimated by `LatencySearch`.
         """
+        self.times.restart()
         later_ns = round(float(change.errors[LATENCY]) * 1e9)
         self._latency_ns += later_ns
         if self._pose_ns is not None and not searched:
@@ -286,18 +294,7 @@ class JointFilter(CameraFaults):
             (slots,) = (column_of[group.rows] >= 0).nonzero()
             if len(slots):
                 pixels = seen.pixels[column_of[group.rows[slots]]]
-                if self._late or self._found:
-                    if self.moored is not None:
-                        self.moored.reset()
-                    relinearize(group, self._sight)
-                    # Otherwise robots seem too fast.
-                    feigned = TUNING.feigned_mps if self._late else 0.0
-                    speeds = group.motion(self.motion, slots).speed_sigma
-                    group.forget(slots, self._stationary, speeds + feigned)
-                if self._anew:
-                    relinearize(group, self._sight)
-                    speeds = group.motion(self.motion, slots).speed_sigma
-                    reinitialize(group, slots, self._stationary, speeds)
+                self._forget(group, slots)
                 outcome = correct(
                     group,
                     slots,
@@ -307,12 +304,12 @@ class JointFilter(CameraFaults):
                     2.0 * self.motions.default_speed,
                     self.noise.level,
                 )
-                if self.moored is not None and not self._late:
+                if not self._late:
                     used = pixels[np.searchsorted(slots, outcome.slots)]
-                    self.moored.update(
-                        group, outcome, used, self._sight, self.model, self.noise.level
-                    )
+                    self._weigh(group, outcome, used)
                 group.doubt_platform(group.manoeuvre_noise.take_underestimated(), self._stationary)
+                if group is self._groups[0]:
+                    self.times.doubt_platform(self._stationary)
                 squared, count = squared + outcome.squared, count + outcome.count
                 if not self._late and self.rotation_fault.due:
                     judged.append(self._in_view(group, slots))
@@ -331,6 +328,54 @@ class JointFilter(CameraFaults):
             self._report_refused(len(gone))
         return gone
 
+    def _forget(self, group: JointState, slots: Indices) -> None:
+        """Let robots begin anew where the latency or another calibration demands it.
+
+        Args:
+            group: the joint state.
+            slots: of robots that the image shows.
+        """
+        if self._late or self._found:
+            if self.moored is not None:
+                self.moored.reset()
+            self.times.restart()
+            relinearize(group, self._seen_from())
+            # Otherwise robots seem too fast.
+            feigned = TUNING.feigned_mps if self._late else 0.0
+            speeds = group.motion(self.motion, slots).speed_sigma
+            group.forget(slots, self._stationary, speeds + feigned)
+        if self._anew:
+            self.times.restart()
+            relinearize(group, self._seen_from())
+            speeds = group.motion(self.motion, slots).speed_sigma
+            reinitialize(group, slots, self._stationary, speeds)
+
+    def _weigh(self, group: JointState, outcome: Outcome, pixels: Array) -> None:
+        """Let the hypotheses beside a group take in an image that it has taken in.
+
+        Args:
+            group: the joint state.
+            outcome: how well the image fitted it.
+            pixels: (m, 2) of the boxes that were used.
+        """
+        sight, level = self._sight, self.noise.level
+        assert sight is not None  # noqa: S101 - the group has taken in an image of it
+        if self.moored is not None:
+            self.moored.update(group, outcome, pixels, sight, self.model, level)
+        if group is self._groups[0] and self.times.update(outcome, pixels, sight, level):
+            self.monitor.quick_s = self.times.unstated_s
+            if self.moored is not None:
+                self.moored.reset()
+
+    def inflate_velocities(self, rows: Indices, speed: Array | float, seconds: float) -> None:
+        """Inflate velocity covariances of robots, see `StateBlocks`."""
+        super().inflate_velocities(rows, speed, seconds)
+        speeds = np.full(self._count, np.nan)
+        speeds[rows] = speed
+        speeds = speeds[self._groups[0].rows]
+        slots = np.flatnonzero(~np.isnan(speeds))
+        self.times.inflate_velocities(slots, speeds[slots], seconds)
+
     def _discount(self, factor: float) -> None:
         """Let what boxes have told so far count less; the laws beside begin anew.
 
@@ -341,6 +386,7 @@ class JointFilter(CameraFaults):
             return
         if self.moored is not None:
             self.moored.reset()
+        self.times.restart()
         before, self._wider = self._wider, np.ones(COUNT)
         self._wider[ANGLES] = self.noise.of_slow_errors
         wider = self._wider / before

@@ -93,10 +93,16 @@ class PlatformModel:
         covariance[:2, :2] = fix_covariance
         return covariance
 
-    def decay(self, seconds: float) -> Array:
-        """Return the factors (7,) by which the errors decay over a time."""
+    def decay(self, seconds: float, correlation_time_s: float | None = None) -> Array:
+        """Return the factors (7,) by which the errors decay over a time.
+
+        Args:
+            seconds: length of that time, s.
+            correlation_time_s: another one than `self.correlation_time_s`.
+        """
         kept = np.zeros(COUNT)
-        if self.correlation_time_s > 0.0:
-            kept[:] = math.exp(-seconds / self.correlation_time_s)
+        lasts_s = self.correlation_time_s if correlation_time_s is None else correlation_time_s
+        if lasts_s > 0.0:
+            kept[:] = math.exp(-seconds / lasts_s)
         kept[-1] = math.exp(-seconds / TUNING.latency_time_s)
         return kept
