@@ -133,18 +133,24 @@ def test_one_that_leaves_is_where_it_was_shown_and_moves(swimming):
 @pytest.mark.parametrize("active", [0, 2])
 def test_a_robot_is_taken_over_given_the_errors_of_all_drones(swimming, active):
     law = StayingLaw.beside(swimming)
+    law.moor(0)
     law.shared.activate(active)
     swimming.activate(1)
     (place,) = np.flatnonzero(law.ids == swimming.joint.ids[2])
     law.drop(np.array([place]))
     law.take(swimming.joint, 2)
-    (mean, P), (other, Q) = law.shared.ordered(), swimming.ordered()
-    own = ERRORS + 4 * (len(law) - 1) + np.arange(4)
-    theirs = ERRORS + 8 + np.arange(4)
-    errors = np.arange(ERRORS)
-    np.testing.assert_allclose(mean[own], other[theirs], atol=1e-9)
-    here, there = np.concatenate([errors, own]), np.concatenate([errors, theirs])
-    np.testing.assert_allclose(P[np.ix_(here, here)], Q[np.ix_(there, there)], atol=1e-9)
+    given = []
+    for state, slot in ((law.shared, len(law) - 1), (swimming, 2)):
+        mean, P = state.ordered()
+        own, errors = ERRORS + 4 * slot + np.arange(4), np.arange(ERRORS)
+        known = np.linalg.pinv(P[np.ix_(errors, errors)], hermitian=True)
+        by_errors = P[np.ix_(own, errors)] @ known
+        rest = P[np.ix_(own, own)] - by_errors @ P[np.ix_(errors, own)]
+        given.append((mean[errors], mean[own] - by_errors @ mean[errors], by_errors, rest))
+    assert np.abs(given[0][0] - given[1][0]).max() > 1e-4  # the law has learnt more of the errors
+    for one, other in zip(given[0][1:], given[1][1:], strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-6)
+    P = law.shared.ordered()[1]
     assert law.ids[-1] == swimming.joint.ids[2]
     assert np.linalg.eigvalsh(P).min() > -1e-12
 
