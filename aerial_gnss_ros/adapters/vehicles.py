@@ -9,6 +9,7 @@ from pathlib import Path
 from aerial_gnss_ros.adapters.text_files import read_text
 from aerial_gnss_ros.adapters.yaml_files import MOST_BYTES
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
+from aerial_gnss_ros.core.values.paths import typed_path
 from aerial_gnss_ros.resources import config_path
 
 _FOLDER = "vehicles"
@@ -23,7 +24,7 @@ def vehicle_file(vehicle: str) -> Path:
     Raises:
         ConfigError: no such profile.
     """
-    path = Path(vehicle).expanduser()
+    path = typed_path(vehicle)
     if path.suffix in (".yaml", ".yml") or path.name != vehicle:
         if not path.is_file():
             raise ConfigError(f"vehicle profile {vehicle} does not exist; give a YAML file.")

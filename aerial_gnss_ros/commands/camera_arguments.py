@@ -17,6 +17,7 @@ from aerial_gnss_ros.core.camera.catalogue import KnownCamera, known_camera
 from aerial_gnss_ros.core.camera.equivalent_focal_length import from_equivalent
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.paths import typed_path
 
 _MM = 1e-3
 _STABILISATION = (
@@ -96,7 +97,7 @@ def chosen_camera(
         raise InputError(
             f"a camera is given twice, as {given} and by focal length or sensor width; give one."
         )
-    path = Path(given).expanduser()
+    path = typed_path(given)
     if path.suffix.lower() in SUFFIXES:
         return _from_photo(path, size, zoom)
     if path.suffix in (".yaml", ".yml") or path.exists():

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError, ModelError
+from aerial_gnss_ros.core.values.paths import typed_path
 from aerial_gnss_ros.detection.anomaly import ANOMALY, AnomalyDetector
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
@@ -127,7 +128,7 @@ def find_model(model: str, what: str = "the model") -> Path:
     """
     if not model:
         raise ModelError("no model is given; set model to the path of an .onnx file.")
-    path = Path(model).expanduser()
+    path = typed_path(model)
     if path.exists() or path.name != model:
         return path
     from aerial_gnss_ros.resources import model_path

@@ -4,10 +4,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from aerial_gnss_ros.core.config.area_of_operation import Polygon, polygons_from_geojson
 from aerial_gnss_ros.core.values.errors import ConfigError
+from aerial_gnss_ros.core.values.paths import typed_path
 
 MAX_BYTES = 1_000_000
 
@@ -25,7 +24,7 @@ def load_area(area: str) -> tuple[Polygon, ...]:
         return ()
     if area.lstrip().startswith("{"):
         return polygons_from_geojson(area)
-    path = Path(area).expanduser()
+    path = typed_path(area)
     try:
         with path.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
