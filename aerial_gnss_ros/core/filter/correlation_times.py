@@ -36,8 +36,8 @@ class CorrelationTimesTuning:
     quick_s: float = 30.0
     """The short correlation time, s: errors of a gimbal that follow wind and turns. Judged."""
     least_nats: float = -6.0
-    """Least log odds of the time that is not assumed, so that it is found if it holds later.
-    Judged."""
+    """Log odds of the time that is not assumed, at first and at least: so that it is found if it
+    holds later. Judged."""
 
 
 TUNING = CorrelationTimesTuning()
@@ -72,7 +72,7 @@ class CorrelationTimes:
         """Weigh anew: the joint state was changed by what is no image."""
         self._base: JointState | None = None
         self._law = JointState(self._model.nominal)
-        self.evidence = -CLEAR_NATS
+        self.evidence = TUNING.least_nats
 
     def predict(
         self, base: JointState, seconds: float, stationary: Array, motion: MotionModel

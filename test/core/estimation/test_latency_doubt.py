@@ -112,7 +112,7 @@ def test_a_trial_is_published_once_it_has_caught_up(sea, monkeypatch):
     engine._take_over = lambda trial, config: (
         waited.append(len(trial.waiting)) or take_over(trial, config)
     )
-    sea.play(engine, late_world(sea, 1.0), 20.0, images=5)
+    sea.play(engine, late_world(sea, 1.0), 30.0, images=5)
     assert waited == [0, 0]  # with a latency that is not known, and with one that is
 
 
