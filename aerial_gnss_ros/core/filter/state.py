@@ -184,7 +184,7 @@ class JointState(StateArrays):
         P = factor * (P - through @ both[:, :-1])
         self.covariance = 0.5 * (P + P.T)
 
-    def doubt_platform(self, factor: float, platform: Array) -> None:
+    def doubt_platform(self, factor: float, platform: Array) -> tuple[Array, Array]:
         """Let what boxes have told of the platform's errors count less (see `discount`).
 
         Robots keep their distributions given these errors.
@@ -192,16 +192,22 @@ class JointState(StateArrays):
         Args:
             factor: by which the information that is not the prior's is divided, at least 1.
             platform: (7, 7) prior covariance of the platform's errors.
+
+        Returns:
+            (7,) by what their mean changes, (7, 7) and their covariance.
         """
         if factor <= 1.0:
-            return
+            return np.zeros(COUNT), np.zeros((COUNT, COUNT))
         P = self.covariance
         before = JointState(P[:COUNT, :COUNT])
         before.mean = self.mean[:COUNT].copy()
         before.discount(factor, platform, 0.0)
+        moved = before.mean - self.mean[:COUNT]
+        wider = before.covariance - P[:COUNT, :COUNT]
         through = P[:, :COUNT] @ np.linalg.pinv(P[:COUNT, :COUNT], hermitian=True)
-        self.mean = self.mean + through @ (before.mean - self.mean[:COUNT])
-        self.covariance = P + through @ (before.covariance - P[:COUNT, :COUNT]) @ through.T
+        self.mean = self.mean + through @ moved
+        self.covariance = P + through @ wider @ through.T
+        return moved, wider
 
     def forget(self, slots: Indices, platform: Array, speed: Array | float) -> None:
         """Reset the platform's errors except the latency, and some robots.

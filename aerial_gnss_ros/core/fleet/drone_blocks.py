@@ -104,6 +104,26 @@ class DroneBlocks:
         self.active = drone
         joint.view = None
 
+    def doubt_platforms(self, stationary: list[Array]) -> None:
+        """Take back what manoeuvres taught of all drones' errors; see `JointState.doubt_platform`.
+
+        Args:
+            stationary: (7, 7) prior covariance of each drone's errors.
+        """
+        joint, active = self.joint, self.active
+        factor = joint.manoeuvre_noise.take_underestimated()
+        if factor <= 1.0:
+            return
+        for drone, platform in enumerate(stationary):
+            self.activate(drone)
+            each = np.linalg.pinv(joint.covariance[:COUNT, :COUNT], hermitian=True)
+            through, beside = joint.covariance[:, :COUNT] @ each, self._cross[:COUNT].T @ each
+            moved, wider = joint.doubt_platform(factor, platform)
+            self._mean = self._mean + beside @ moved
+            self._cross = self._cross + through @ wider @ beside.T
+            self._own = self._own + beside @ wider @ beside.T
+        self.activate(active)
+
     def linearise_at(self, drone: int, positions: Array) -> None:
         """Make a drone active and set the estimate, for derivatives at the truth of its image.
 

@@ -339,6 +339,7 @@ class Fleet:
                 2.0 * self._motions.default_speed, seen.level,
             )  # fmt: skip
             squared, count = outcome.squared, outcome.count
+            self.state.doubt_platforms([each.stationary for each in self._drones])
             if self.staying is not None:
                 box_of = {slots[k]: k for k in used}
                 boxes = [box_of[slot] for slot in outcome.slots.tolist()]
