@@ -6,8 +6,9 @@ If errors of compass, gimbal and height change within half a minute, a filter th
 constant over minutes explains what they do by motion of the robots, and is sure of it. So a second
 joint state runs beside the first one, with the other correlation time. Both predict each image, and
 the sum of the differences of their log likelihoods tells which one the flight bears out
-(prequential evidence: Dawid 1984). Once that is clear, the second state takes the place of the
-first, and the first one's time is tried from then on.
+(prequential evidence: Dawid 1984). A fault of a few seconds is no such evidence: what images of one
+burst tell is limited, so that a time is found by what lasts. Once it is clear, the second state
+takes the place of the first, and the first one's time is tried from then on.
 """
 
 from __future__ import annotations
@@ -38,6 +39,10 @@ class CorrelationTimesTuning:
     least_nats: float = -6.0
     """Log odds of the time that is not assumed, at first and at least: so that it is found if it
     holds later. Judged."""
+    burst_s: float = 5.0
+    """Time whose images count together, s: as long as a fault of a sensor often lasts. Judged."""
+    burst_nats: float = 4.6
+    """Most log odds that such a time can add or take: two in a row decide at the earliest."""
 
 
 TUNING = CorrelationTimesTuning()
@@ -73,6 +78,7 @@ class CorrelationTimes:
         self._base: JointState | None = None
         self._law = JointState(self._model.nominal)
         self.evidence = TUNING.least_nats
+        self._since_s = self._told_nats = 0.0
 
     def predict(
         self, base: JointState, seconds: float, stationary: Array, motion: MotionModel
@@ -83,6 +89,7 @@ class CorrelationTimes:
         if self._base is not base:
             self.restart()
             self._base, self._law = base, _copied(base)
+        self._since_s += seconds
         if self._is_same():
             keep = self._model.decay(seconds, self._other_s)
             self._law.predict(seconds, keep, stationary, motion)
@@ -107,8 +114,11 @@ class CorrelationTimes:
             self.restart()
             return False
         if found.count == outcome.count:
-            told = found.log_likelihood - outcome.log_likelihood
+            self._told_nats += found.log_likelihood - outcome.log_likelihood
+        if self._since_s >= TUNING.burst_s:
+            told = min(max(self._told_nats, -TUNING.burst_nats), TUNING.burst_nats)
             self.evidence = max(self.evidence + told, TUNING.least_nats)
+            self._since_s = self._told_nats = 0.0
         if self.evidence <= CLEAR_NATS:
             return False
         base, law = self._base, self._law
