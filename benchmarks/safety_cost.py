@@ -5,8 +5,9 @@
 python benchmarks/safety_cost.py --markdown docs/results/scaling.md
 
 Each part is left out in turn, and all of them together; the flights of scaling.py have no fault, so
-positions are the same. Programs are compared within one run, flight by flight in turns; a cell is
-the median over rounds. A part's share holds also what it displaces from the processor's cache.
+positions are the same but for centimetres. Programs are compared within one run, flight by flight
+in turns; a cell is the median over rounds. A part's share holds also what it displaces from the
+processor's cache.
 """
 
 from __future__ import annotations

@@ -177,7 +177,7 @@ def changed(path, value):
         (("sighting", "doubt", 0), [[1.0, 0.0], [0.0, -1.0]], "a covariance that is none"),
         (("sighting", "doubt", 0), [[1.0, 0.5], [0.0, 1.0]], "a covariance that is none"),
         (("sighting", "level"), 0.0, "level of noise cannot be 0"),
-        (("sighting", "level"), None, "level cannot be None"),
+        (("sighting", "level"), None, "level cannot be nothing"),
         (("sighting", "pose", "height"), 0.0, "0 m above the water is refused"),
         (("sighting", "pose", "latitude"), 1.6, "camera at latitude 91.67"),
         (("sighting", "pose", "enu_from_camera", 0), [1.0, 0.0, 0.0], "no rotation"),
