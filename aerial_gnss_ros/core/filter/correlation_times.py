@@ -6,8 +6,8 @@ If errors of compass, gimbal and height change within half a minute, a filter th
 constant over minutes explains what they do by motion of the robots, and is sure of it. So a second
 joint state runs beside the first one, with the other correlation time. Both predict each image, and
 the sum of the differences of their log likelihoods tells which one the flight bears out
-(prequential evidence: Dawid 1984). A fault of a few seconds is no such evidence: what images of one
-burst tell is limited, so that a time is found by what lasts. Once it is clear, the second state
+(prequential evidence: Dawid 1984). It is judged every few seconds: while telemetry begins to drift,
+a short time explains it for a moment, and soon does not. Once a time is clear, the second state
 takes the place of the first, and the first one's time is tried from then on.
 """
 
@@ -40,9 +40,7 @@ class CorrelationTimesTuning:
     """Log odds of the time that is not assumed, at first and at least: so that it is found if it
     holds later. Judged."""
     burst_s: float = 5.0
-    """Time whose images count together, s: as long as a fault of a sensor often lasts. Judged."""
-    burst_nats: float = 4.6
-    """Most log odds that such a time can add or take: two in a row decide at the earliest."""
+    """Time whose images are judged together, s: as long as a sensor's fault often lasts. Judged."""
 
 
 TUNING = CorrelationTimesTuning()
@@ -116,8 +114,7 @@ class CorrelationTimes:
         if found.count == outcome.count:
             self._told_nats += found.log_likelihood - outcome.log_likelihood
         if self._since_s >= TUNING.burst_s:
-            told = min(max(self._told_nats, -TUNING.burst_nats), TUNING.burst_nats)
-            self.evidence = max(self.evidence + told, TUNING.least_nats)
+            self.evidence = max(self.evidence + self._told_nats, TUNING.least_nats)
             self._since_s = self._told_nats = 0.0
         if self.evidence <= CLEAR_NATS:
             return False
