@@ -72,13 +72,13 @@ def _changed(kind):
     elif kind == "refusal":
         refused[0] = (refused[0][0], "low_score", *refused[0][2:])
     elif kind == "latitude":
-        numbers["latitude"][5] += 20  # 2.2 mm
+        numbers["latitude"][5] += 40  # 4.4 mm
     elif kind == "longitude":
-        numbers["longitude"][5] -= 20
+        numbers["longitude"][5] -= 40
     elif kind == "sigma":
-        numbers["sigma_north"][5] += 20  # 2 mm
+        numbers["sigma_north"][5] += 40  # 4 mm
     elif kind == "velocity":
-        numbers["velocity_east"][5] -= 20
+        numbers["velocity_east"][5] -= 40
     elif kind == "last bits":
         numbers["latitude"][5] += 5
     return old, replace(old, rows=rows, numbers=numbers, refused=refused)

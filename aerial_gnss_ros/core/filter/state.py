@@ -204,7 +204,7 @@ class JointState(StateArrays):
         before.discount(factor, platform, 0.0)
         moved = before.mean - self.mean[:COUNT]
         wider = before.covariance - P[:COUNT, :COUNT]
-        through = P[:, :COUNT] @ np.linalg.pinv(P[:COUNT, :COUNT], hermitian=True)
+        through = P[:, :COUNT] @ inverse_of_errors(P[:COUNT, :COUNT])
         self.mean = self.mean + through @ moved
         self.covariance = P + through @ wider @ through.T
         return moved, wider
@@ -270,3 +270,17 @@ def copy_robot(source: JointState, slot: int, target: JointState) -> int:
     target.manoeuvre_noise.copy(source.manoeuvre_noise, slot)
     target.velocity_changes.copy(source.velocity_changes, slot)
     return len(target) - 1
+
+
+def inverse_of_errors(covariance: Array) -> Array:
+    """Return the inverse of a covariance of the platform's errors; 0 for those known exactly.
+
+    By the errors' correlations, whose eigenvalues are taken to be at least 1e-7: smaller ones are
+    rounding, which differs between machines.
+    """
+    sizes = np.sqrt(covariance.diagonal())
+    (unsure,) = np.nonzero(sizes)
+    each, inverse = np.ix_(unsure, unsure), np.zeros_like(covariance)
+    scales = np.outer(sizes[unsure], sizes[unsure])
+    inverse[each] = np.linalg.inv(covariance[each] / scales + 1e-7 * np.eye(len(unsure))) / scales
+    return inverse

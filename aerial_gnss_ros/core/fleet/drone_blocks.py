@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state import JointState, inverse_of_errors
 from aerial_gnss_ros.core.fleet.receivers import joint_prior
 from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS, LATENCY
 
@@ -116,7 +116,7 @@ class DroneBlocks:
             return
         for drone, platform in enumerate(stationary):
             self.activate(drone)
-            each = np.linalg.pinv(joint.covariance[:COUNT, :COUNT], hermitian=True)
+            each = inverse_of_errors(joint.covariance[:COUNT, :COUNT])
             through, beside = joint.covariance[:, :COUNT] @ each, self._cross[:COUNT].T @ each
             moved, wider = joint.doubt_platform(factor, platform)
             self._mean = self._mean + beside @ moved
