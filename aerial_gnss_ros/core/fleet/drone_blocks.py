@@ -110,7 +110,7 @@ class DroneBlocks:
         Args:
             stationary: (7, 7) prior covariance of each drone's errors.
         """
-        joint, active = self.joint, self.active
+        joint, active, view = self.joint, self.active, self.joint.view
         factor = joint.manoeuvre_noise.take_underestimated()
         if factor <= 1.0:
             return
@@ -123,6 +123,7 @@ class DroneBlocks:
             self._cross = self._cross + through @ wider @ beside.T
             self._own = self._own + beside @ wider @ beside.T
         self.activate(active)
+        joint.view = view  # the image's, whose derivatives are taken
 
     def linearise_at(self, drone: int, positions: Array) -> None:
         """Make a drone active and set the estimate, for derivatives at the truth of its image.

@@ -186,3 +186,27 @@ def test_a_camera_that_stays_learns_nothing_of_itself_from_a_robot_that_only_it_
         spread = state.platform(drone)[1].diagonal()[:6]
         prior = STATIONARY[2 * drone].diagonal()[:6]
         np.testing.assert_allclose(spread, prior, rtol=1e-6)
+
+
+def test_robots_begin_after_manoeuvres_put_all_drones_errors_in_doubt(monkeypatch):
+    state, _ = both()
+    for drone in (1, 2, 0):
+        state.predict(0.3, [m.decay(0.3) for m in MODELS], STATIONARY, MOTION)
+        view = sight(drone, 0.5)
+        state.look(drone, view)
+        linear = linearise(view, np.zeros(7), PLACES)
+        state.correct(np.arange(3), linear.pixels + drone, view, MODELS[drone])
+        state.settle()
+    view = sight(1, 1.0)
+    state.look(1, view)
+    known = state.ordered()[1].diagonal()[:21]
+    with monkeypatch.context() as m:
+        m.setattr(state.joint.manoeuvre_noise, "take_underestimated", lambda: 4.0)
+        state.doubt_platforms(STATIONARY)
+    mean, P = state.ordered()
+    assert (P.diagonal()[[2, 9, 16]] > 1.2 * known[[2, 9, 16]]).all()  # heights
+    state.begin(np.array([3]), np.array([[600.0, 400.0]]), view, MODELS[1], 0.75)
+    after, Q = state.ordered()
+    np.testing.assert_array_equal(after[: len(mean)], mean)  # what is known of others stays
+    np.testing.assert_array_equal(Q[: len(P), : len(P)], P)
+    assert np.linalg.eigvalsh(Q).min() > -1e-12
