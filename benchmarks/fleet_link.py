@@ -4,9 +4,10 @@
 
 python benchmarks/fleet_link.py --markdown docs/results/fleet.md
 
-Each flight's sightings pass as JSON, as over the topic `sightings`, with delay, loss and an outage
-in turn, and the fleet takes them in ten times a second, as the node does. Counted is the processor
-time of one core for reading and joining; publishing is not in it.
+Robots swim or stay: where they stay, a second law of all of them is tried. Each flight's sightings
+pass as JSON, as over the topic `sightings`, with delay, loss and an outage in turn, and the fleet
+takes them in ten times a second, as the node does. Counted is the processor time of one core for
+reading and joining; publishing is not in it.
 """
 
 from __future__ import annotations
@@ -61,17 +62,20 @@ class Cell:
         robots: likewise.
         duration_s: length.
         links: what happens to the second drone's sightings.
+        speed: of the robots, m/s.
     """
 
     drones: int
     robots: int
     duration_s: float
     links: tuple[str, ...]
+    speed: float = 0.3
 
 
 CELLS = (
     Cell(2, 3, 80.0, ("in time", "2 s late", "30 % lost", "60 s outage")),
     Cell(4, 30, 12.0, ("in time", "2 s late")),
+    Cell(4, 30, 12.0, ("in time", "2 s late"), 0.0),
 )
 
 
@@ -83,7 +87,8 @@ def flown(cell: Cell) -> tuple[dict[str, list[SentSighting]], EstimatorConfig, M
     def first(flight: GeneratedFlight, others: Sequence[GeneratedFlight]) -> Experiment:
         return Experiment(
             flight, default_camera(1280, 720), plan, robots=cell.robots,
-            swim=SwimPlan(0.3, 0.3), detector=DetectorPlan(2.0, 0.0, 0.0), seed=7, others=others,
+            swim=SwimPlan(cell.speed, cell.speed), detector=DetectorPlan(2.0, 0.0, 0.0), seed=7,
+            others=others,
         )  # fmt: skip
 
     path = FlightPlan(kind="orbit", duration_s=cell.duration_s, height_m=30.0)
@@ -189,7 +194,7 @@ def apart_m(one: FrameResult | None, other: FrameResult | None) -> float:
 
 
 HEADS = [
-    "drones", "robots", "second drone", "kB/s each", "core, %", "applied", "longest, s",
+    "drones", "robots", "motion", "second drone", "kB/s each", "core, %", "applied", "longest, s",
     "apart, mm", "names",
 ]  # fmt: skip
 
@@ -206,7 +211,8 @@ def rows(cell: Cell) -> list[list[str]]:
         same = "equal" if joined.names == first.names else "differ"
         found.append(
             [
-                str(cell.drones), str(cell.robots), link, f"{size / 1e3:.1f}",
+                str(cell.drones), str(cell.robots), "swim" if cell.speed else "stay", link,
+                f"{size / 1e3:.1f}",
                 f"{100.0 * joined.spent_s / cell.duration_s:.0f}",
                 f"{joined.applied / len(came):.1f}", f"{joined.longest_s:.2f}",
                 f"{1e3 * apart_m(joined.result, first.result):.3f}", same,

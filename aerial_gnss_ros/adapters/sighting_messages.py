@@ -130,7 +130,12 @@ def drone_name(document: Mapping[str, Any]) -> str:
 
 def is_name(text: str) -> bool:
     """Return whether a text can be a robot's or a drone's name, a part of a topic."""
-    return text == class_token(text) and len(text) <= 64
+    return len(text) <= 64 and _is_token(text)
+
+
+@lru_cache(maxsize=4096)
+def _is_token(text: str) -> bool:
+    return text == class_token(text)
 
 
 def _plain(value: Any) -> Any:
@@ -193,7 +198,10 @@ def _value(hint: Any, value: Any, name: str) -> Any:
     if hint in _LISTS:
         if not isinstance(value, list):
             raise InputError(f"a sighting's {name} cannot be {shown(value)}.")
-        return tuple(_value(_LISTS[hint], one, name) for one in value)
+        kind = _LISTS[hint]
+        if kind in _FITS and all(map(_FITS[kind], value)):
+            return tuple(value)
+        return tuple(_value(kind, one, name) for one in value)
     return None if value is None and hint != Array else _array(value, name)
 
 

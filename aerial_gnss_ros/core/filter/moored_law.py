@@ -252,17 +252,26 @@ class MooredLaw(JointState):
 
         See `published`; what is said there of each robot alone is added to its own block.
         """
-        n, c = len(self), _velocity(self.current)
-        by_state = np.eye(len(self.mean))
-        for slot in np.flatnonzero(self.sway).tolist():
-            v = _velocity(slot)
-            by_state[v - 2, v] = 0.5
-            by_state[v] = by_state[c]
-        mean, covariance = by_state @ self.mean, by_state @ self.covariance @ by_state.T
+        n, mean, covariance = len(self), self.mean.copy(), self.covariance.copy()
+        self.put_published(mean, covariance, COUNT)
         blocks = covariance[COUNT:, COUNT:].reshape(n, 4, n, 4)
         every = np.arange(n)
         blocks[every, :, every] = self.published()[1]
         return mean, covariance
+
+    def put_published(self, mean: Array, covariance: Array, first: int) -> None:
+        """Put half of the swing into places, and the current into velocities, of all that sway.
+
+        Args:
+            mean: (first + 4 n,) of errors and robots, changed in place.
+            covariance: of these, likewise.
+            first: number of errors.
+        """
+        v = first + 4 * np.flatnonzero(self.sway)[:, None] + np.array([2, 3])
+        c = first + 4 * self.current + np.array([2, 3])
+        for each in (mean, covariance, covariance.T):
+            each[v - 2] += 0.5 * each[v]
+            each[v] = each[c]
 
     def published(self) -> tuple[Array, Array]:
         """Return states (n, 4) and their covariances (n, 4, 4).

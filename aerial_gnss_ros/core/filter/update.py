@@ -88,6 +88,8 @@ class Outcome:
         residual: (m, 2) of their boxes, px.
         spread: (2 m, 2 m) covariance of that, px².
         linear: the linearisation of these boxes that was used.
+        white: (2 m,) the residual at the final estimate, less the change that is expected, in units
+            of `spread`'s root; the state was corrected by the gain times this.
     """
 
     squared: float
@@ -98,6 +100,7 @@ class Outcome:
     residual: Array = field(default_factory=lambda: np.zeros((0, 2)))
     spread: Array = field(default_factory=lambda: np.zeros((0, 0)))
     linear: Linear = _NOTHING
+    white: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def by_place(self) -> Array:
@@ -198,7 +201,7 @@ def correct(
         root, white = _whitened(spread, residual)
     gain, reduction = _gain(root, by_state)
     joint.mean = before + white @ gain
-    change = _iterate(joint, before, some, pixels, sight, linear, root, gain)
+    change, final = _iterate(joint, before, some, pixels, sight, linear, root, gain, white)
     possible = _possible(joint, some, reduction, fastest)
     if possible is not None:
         joint.mean = before
@@ -209,7 +212,7 @@ def correct(
     joint.unseen[some] = 0.0
     _note_velocities(joint, some, change, reduction)
     fits = -0.5 * float(white @ white) - float(np.add.reduce(np.log(root.diagonal())))
-    return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread, linear)
+    return Outcome(squared, 2 * m, slots[:0], fits, slots, residual, spread, linear, final)
 
 
 def _gain(root: Array, by_state: Array) -> tuple[Array, Array]:
@@ -268,29 +271,32 @@ def _iterate(
     linear: Linear,
     root: Array,
     gain: Array,
-) -> Array:
-    """Iterate the update if it moved a robot far (iterated filter); return the change of the mean.
+    white: Array,
+) -> tuple[Array, Array]:
+    """Iterate the update if it moved a robot far (iterated filter).
 
-    The derivatives stay; only the residual is computed again, less the expected change.
+    The derivatives stay; only the residual is computed again, less the expected change. Returns the
+    change of the mean, and that residual in units of `root`.
     """
     far = TUNING.relinearise_share * float(sight.measured.position[2])
     whole = joint.mean - before
     if whole @ whole <= far * far:  # most often; then no robot moved farther
-        return whole
+        return whole, white
     for _ in range(TUNING.max_iterations):
         robots = _shown(joint, some, joint.mean)
         moved = robots - _shown(joint, some, before)
         step: Array = joint.mean - before
         if not (np.abs(moved) > far).any():
-            return step
+            return step, white
         now = linearise(sight, joint.mean[:COUNT], robots)
         if not now.seen.all():
-            return step
+            return step, white
         told = linear.by_platform @ step[:COUNT] + (linear.by_place @ moved[:, :, None])[:, :, 0]
         residual = pixels - now.pixels + told
-        joint.mean = before + dtrsm(1.0, root, residual.reshape(-1, 1), lower=1)[:, 0] @ gain
+        white = dtrsm(1.0, root, residual.reshape(-1, 1), lower=1)[:, 0]
+        joint.mean = before + white @ gain
     moved_by: Array = joint.mean - before
-    return moved_by
+    return moved_by, white
 
 
 def _possible(

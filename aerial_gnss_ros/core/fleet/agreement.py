@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.fleet.clocks import NO_OFFSET, ClockOffset
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
-from aerial_gnss_ros.core.models.platform_model import GNSS
+from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS
 
 Array = NDArray[np.float64]
 
@@ -108,10 +108,9 @@ def receiver_offset(state: SharedState, drone: int, drones: int) -> tuple[Array,
     """Return a receiver's correction less the mean of the others' (2,), and one sigma of it, m."""
     if drones < 2:
         return np.full(2, np.nan), np.full(2, np.nan)
-    mean, P, order = state.whole()
-    size = len(state.joint.mean)
+    mean, P = state.platforms()
     weights = np.zeros((2, len(mean)))
-    for place, one in enumerate(order):
-        start = GNSS.start + (0 if place == 0 else size + 7 * (place - 1))
+    for one in range(drones):
+        start = COUNT * one + GNSS.start
         weights[:, start : start + 2] = np.eye(2) * (1.0 if one == drone else -1.0 / (drones - 1))
     return weights @ mean, np.sqrt(np.maximum((weights @ P @ weights.T).diagonal(), 0.0))

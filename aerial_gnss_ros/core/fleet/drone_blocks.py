@@ -17,6 +17,7 @@ from aerial_gnss_ros.core.fleet.receivers import joint_prior
 from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS, LATENCY
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
 class DroneBlocks:
@@ -57,18 +58,27 @@ class DroneBlocks:
 
     def platforms(self) -> tuple[Array, Array]:
         """Return all drones' errors (7 N,) and their covariance, in the drones' order."""
-        mean, P = self.ordered()
-        own = slice(COUNT * (1 + len(self._others)))
-        return mean[own], P[own, own]
+        mean, every = np.concatenate([self.joint.mean[:COUNT], self._mean]), self._in_order()
+        return mean[every], self._errors()[np.ix_(every, every)]
 
     def ordered(self) -> tuple[Array, Array]:
         """Return mean and covariance of everything: all drones' errors in their order, robots."""
-        mean, P, order = self.whole()
-        size = len(self.joint.mean)
-        firsts = [0, *(size + COUNT * k for k in range(len(order) - 1))]
-        places = [firsts[order.index(drone)] + np.arange(COUNT) for drone in sorted(order)]
-        every = np.concatenate([*places, np.arange(COUNT, size)])
-        return mean[every], P[np.ix_(every, every)]
+        joint, every = self.joint, self._in_order()
+        errors, P = self.platforms()
+        with_robots = np.concatenate([joint.covariance[COUNT:, :COUNT], self._cross[COUNT:]], 1)
+        robots = joint.covariance[COUNT:, COUNT:]
+        mean = np.concatenate([errors, joint.mean[COUNT:]])
+        return mean, _symmetric(P, with_robots[:, every].T, robots)
+
+    def _errors(self) -> Array:
+        """Return the covariance of the active drone's errors and those of the others (7 N, 7 N)."""
+        return _symmetric(self.joint.covariance[:COUNT, :COUNT], self._cross[:COUNT], self._own)
+
+    def _in_order(self) -> Indices:
+        """Return where in (active drone, other drones) each error (7 N,) is, by drones' order."""
+        places = np.argsort([self.active, *self._others])
+        every: Indices = (COUNT * places[:, None] + np.arange(COUNT)).ravel()
+        return every
 
     def prior(self, stationary: list[Array]) -> Array:
         """Return the prior covariance of all drones' errors (7 N, 7 N), in the drones' order.
@@ -84,22 +94,26 @@ class DroneBlocks:
         The active drone's errors come first, then the robots, then the other drones.
         """
         mean = np.concatenate([self.joint.mean, self._mean])
-        P = np.block([[self.joint.covariance, self._cross], [self._cross.T, self._own]])
+        P = _symmetric(self.joint.covariance, self._cross, self._own)
         return mean, P, [self.active, *self._others]
 
     def activate(self, drone: int) -> None:
         """Make another drone's errors part of the active `JointState`."""
         if drone == self.active:
             return
-        own, joint = self._place(drone), self.joint
-        mean, P, _ = self.whole()
-        size = len(joint.mean)
-        order = np.arange(len(mean))
-        order[:COUNT], order[size:][own] = order[size:][own].copy(), order[:COUNT].copy()
-        mean, P = mean[order], P[np.ix_(order, order)]
-        joint.mean, self._mean = mean[:size].copy(), mean[size:].copy()
-        joint.covariance, self._cross = P[:size, :size].copy(), P[:size, size:].copy()
-        self._own = P[size:, size:].copy()
+        own, joint, active = self._place(drone), self.joint, slice(COUNT)
+        joint.mean, self._mean = joint.mean.copy(), self._mean.copy()
+        P, cross, others = joint.covariance, self._cross, self._own
+        by_drone, by_active = cross[:, own].copy(), P[:, active].copy()
+        between, of_drone = by_drone[active].copy(), others[own, own].copy()
+        with_drone = others[own].copy()
+        joint.mean[active], self._mean[own] = self._mean[own].copy(), joint.mean[active].copy()
+        others[own], others[:, own] = cross[active], cross[active].T
+        others[own, own] = by_active[active]
+        cross[active], cross[:, own] = with_drone, by_active
+        cross[active, own] = between.T
+        P[:, active], P[active] = by_drone, by_drone.T
+        P[active, active] = of_drone
         self._others[self._others.index(drone)] = self.active
         self.active = drone
         joint.view = None
@@ -183,16 +197,15 @@ class DroneBlocks:
         joint.covariance[GNSS, GNSS] = unknown + told
         self._cross[GNSS] = with_others
 
-    def _pass_on(self, by_active: Array, by_others: Array, moved: Array) -> None:
+    def _pass_on(self, by_active: Array, by_others: Array, white: Array) -> None:
         """Update the other drones after an update of the active part.
 
         Args:
             by_active: (m, d) covariance of the whitened innovation with the active part.
             by_others: (m, k) the same with the other drones' errors.
-            moved: (d,) by how much the active part's mean was corrected.
+            white: (m,) innovation in its own units, by which the active part was corrected.
         """
-        known = np.arange(len(moved)) != LATENCY  # only considered by `update.correct`
-        white = np.linalg.lstsq(by_active[:, known].T, moved[known], rcond=None)[0]
+        # The latency is only considered by `update.correct`.
         self.joint.mean[LATENCY] += white @ by_active[:, LATENCY]
         self._mean += white @ by_others
         self._cross -= by_active.T @ by_others
@@ -208,3 +221,12 @@ class DroneBlocks:
         order = [stationary[drone] for drone in (self.active, *self._others)]
         whole = joint_prior(order, self._share)
         return whole[:COUNT, :COUNT], whole[:COUNT, COUNT:], whole[COUNT:, COUNT:]
+
+
+def _symmetric(first: Array, between: Array, second: Array) -> Array:
+    """Return a covariance (n + k, n + k) from its blocks (n, n), (n, k) and (k, k)."""
+    n, k = between.shape
+    whole = np.empty((n + k, n + k))
+    whole[:n, :n], whole[:n, n:] = first, between
+    whole[n:, :n], whole[n:, n:] = between.T, second
+    return whole

@@ -68,9 +68,10 @@ class FleetUpdate:
     """Result of one sighting.
 
     Attributes:
-        estimates: confirmed and coasting robots, ordered by name.
+        estimates: confirmed and coasting robots, ordered by name; none where they were not asked
+            for.
         platform: errors of all drones, with the drone's name before that of the error where there
-            are several.
+            are several; likewise.
         report: of the drone that the sighting came from.
         names: the fleet's name by that drone's own, of the robots that it knows.
         notes: what became of references.
@@ -148,12 +149,13 @@ class Fleet:
     def _stationary(self) -> list[Array]:
         return [one.stationary for one in self._drones]
 
-    def update(self, name: str, seen: Sighting) -> FleetUpdate:
+    def update(self, name: str, seen: Sighting, publish: bool = True) -> FleetUpdate:
         """Take in a drone's sighting, not older than the one before.
 
         Args:
             name: of the drone.
             seen: its sighting.
+            publish: whether estimates are asked for, which take a third of the time.
 
         Raises:
             StateError: a number is not finite or not plausible.
@@ -176,7 +178,8 @@ class Fleet:
         self._references.update(self.robots, drone, seen, self.state, self.local)
         check_covariance(self.state.joint.covariance, "robots and platform")
         check_robots(self.state.joint.robots, "robots")
-        return self._result(drone, seen)
+        estimates, platform = self._positions(seen) if publish else ((), ())
+        return self._result(drone, seen, estimates, platform)
 
     def predicted(self, stamp_ns: int) -> tuple[RobotEstimate, ...]:
         """Return the robots predicted without an image; the state is not changed.
@@ -207,19 +210,20 @@ class Fleet:
         if self.staying is not None:
             self.staying.predict(seconds, keep, self._stationary, self._motions.default)
         self.state.predict(seconds, keep, self._stationary, self._motions.default)
-        self._drop(
-            [
-                slot
-                for slot, robot in enumerate(self.robots)
-                if (stamp_ns - robot.last_seen_ns) * 1e-9 > self._patience(robot)
-            ]
-        )
+        present = self._present(self.robots, stamp_ns)
+        self._drop([slot for slot, here in enumerate(present) if not here])
 
-    def _patience(self, robot: FleetRobot) -> float:
-        """Return for how long a robot is predicted without a box, s."""
-        if robot.tentative:
-            return self._config.tracks.confirm_window_s
-        return self._config.robot_class(robot.class_id).coast_s
+    def _present(self, robots: list[FleetRobot], now_ns: int) -> list[bool]:
+        """Return which robots are still predicted without a box."""
+        first_s = self._config.tracks.confirm_window_s
+        coast_s = {
+            one: self._config.robot_class(one).coast_s for one in {r.class_id for r in robots}
+        }
+        return [
+            (now_ns - one.last_seen_ns) * 1e-9
+            <= (first_s if one.tentative else coast_s[one.class_id])
+            for one in robots
+        ]
 
     def _blame(self, found: Found) -> None:
         """Let the filter allow for a drone's fault.
@@ -375,11 +379,8 @@ class Fleet:
 
     def _absent_robot(self, drone: int, label: str, now_ns: int) -> FleetRobot | None:
         """Return the robot of a drone's label that the filter has begun anew without."""
-        self._absent = [
-            robot
-            for robot in self._absent
-            if (now_ns - robot.last_seen_ns) * 1e-9 <= self._patience(robot)
-        ]
+        present = self._present(self._absent, now_ns)
+        self._absent = [one for one, here in zip(self._absent, present, strict=True) if here]
         for robot in self._absent:
             if label and robot.labels.get(drone) == label:
                 self._absent.remove(robot)
@@ -401,11 +402,12 @@ class Fleet:
         found = inflate_by_depth(tuple(estimates), seen.pose, self.local, depth_m)
         return found, *told
 
-    def _result(self, drone: int, seen: Sighting) -> FleetUpdate:
-        """Return the robots as published, and what is to be said of the drone."""
-        one, several = self._drones[drone], len(self._drones) > 1
-        now_ns = seen.pose.stamp_ns
+    def _positions(
+        self, seen: Sighting
+    ) -> tuple[tuple[RobotEstimate, ...], tuple[PlatformError, ...]]:
+        """Return robots and all drones' errors as published at the time of a sighting."""
         estimates, errors, spread = self._published(seen)
+        several = len(self._drones) > 1
         platform = list[PlatformError]()
         for number, each in enumerate(self._drones):
             own = slice(COUNT * number, COUNT * number + COUNT)
@@ -415,6 +417,14 @@ class Fleet:
                 else error
                 for error in named_errors(errors[own], spread[own, own])
             ]
+        return estimates, tuple(platform)
+
+    def _result(
+        self, drone: int, seen: Sighting, estimates: tuple[RobotEstimate, ...],
+        platform: tuple[PlatformError, ...],
+    ) -> FleetUpdate:  # fmt: skip
+        """Return what is published, and what is to be said of the drone."""
+        one, now_ns = self._drones[drone], seen.pose.stamp_ns
         known = [robot for robot in self.robots if robot.name and drone in robot.labels]
         offset, sigma = receiver_offset(self.state, drone, len(self._drones))
         report = DroneReport(
@@ -428,7 +438,7 @@ class Fleet:
         )  # fmt: skip
         return FleetUpdate(
             estimates,
-            tuple(platform),
+            platform,
             report,
             {robot.labels[drone]: robot.name for robot in known},
             tuple(self._references.log.drain()),

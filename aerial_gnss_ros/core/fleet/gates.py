@@ -81,13 +81,13 @@ def fitting(
     places, by_errors = relinearize(joint, view, rays)
     linear = linearise(view, joint.mean[:COUNT], places)
     white = white_on_water(linear, model, seen.level)
+    own = np.array([slots[box] for box in boxes])
     pairs = pair_innovations(joint, places, by_errors, white, math.inf, math.inf)
-    squared, _ = mahalanobis(pairs.offsets, pairs.spread)
-    return {
-        boxes[column]: Fit(float(squared[p]), pairs.offsets[p], pairs.spread[p])
-        for p, (row, column) in enumerate(zip(pairs.rows, pairs.columns, strict=True))
-        if slots[boxes[column]] == row
-    }
+    wanted = np.flatnonzero(pairs.rows == own[pairs.columns])
+    offsets, spreads = pairs.offsets[wanted], pairs.spread[wanted]
+    squared, _ = mahalanobis(offsets, spreads)
+    fits = zip(pairs.columns[wanted].tolist(), squared.tolist(), offsets, spreads, strict=True)
+    return {boxes[column]: Fit(*fit) for column, *fit in fits}
 
 
 def usable(

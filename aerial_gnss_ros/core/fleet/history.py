@@ -119,7 +119,10 @@ class History:
         return True
 
     def advance(self) -> list[tuple[SentSighting, FleetUpdate]]:
-        """Apply what has arrived; return it with the results, the newest last."""
+        """Apply what has arrived; return it with the results, the newest last.
+
+        That one alone has estimates: positions are published after all that has arrived.
+        """
         began_ns = self._clock()
         gone = bisect_left(self._waiting, self._copies[0].key, key=_by_key)
         if gone:  # the history has moved on while they waited
@@ -164,7 +167,7 @@ class History:
         todo = sightings
         while todo:
             for place, (key, sent) in enumerate(todo):
-                update = self._one(key, sent)
+                update = self._one(key, sent, publish=place + 1 == len(todo))
                 if update is None:  # what it has left behind is not used
                     self.refused[FAILED] += 1
                     self._take_up(key)
@@ -172,6 +175,8 @@ class History:
                     again = self._known[begin:]
                     del self._known[begin:]
                     todo = again + todo[place + 1 :]
+                    if not todo:
+                        found.clear()  # none of them has estimates
                     break
                 self._known.append((key, sent))
                 found.append((sent, update))
@@ -179,8 +184,8 @@ class History:
                 todo = []
         return found
 
-    def _one(self, key: _Key, sent: SentSighting) -> FleetUpdate | None:
-        """Apply one sighting; return None if that fails."""
+    def _one(self, key: _Key, sent: SentSighting, publish: bool) -> FleetUpdate | None:
+        """Apply one sighting, and publish positions; return None if that fails."""
         last = self._copies[-1].key
         if last is _BEGINNING or key[0] - last[0] >= TUNING.copied_s * SECOND_NS:
             self._copies.append(_Copy(key, copy.deepcopy(self.fleet), dict(self._sessions)))
@@ -191,7 +196,7 @@ class History:
         self._sessions[sent.drone] = sent.session
         self.applied += 1
         self._last = key
-        update = attempt(self.fleet.update, sent.drone, sent.sighting)
+        update = attempt(self.fleet.update, sent.drone, sent.sighting, publish)
         if isinstance(update, Exception):
             self.failure = f"{type(update).__name__}: {update}"
             return None

@@ -94,8 +94,7 @@ class RobotMatching:
         since: dict[tuple[int, int], int] = {}
         self._rivals = {}
         likely = {i: 0.0 for i, robot in enumerate(robots) if not robot.tentative}
-        drones = range(len(self._drones))
-        seen = [{one for one in drones if self.sees(one, robot, now_ns)} for robot in robots]
+        seen = [self.seeing(robot, now_ns) for robot in robots]
         for mine, others, views in self._sides(robots, seen):
             possible = np.array(
                 [
@@ -132,14 +131,13 @@ class RobotMatching:
         late = now_ns - robot.began_ns > TUNING.unnamed_s * 1e9
         return not rivals or late or slot in self._alone
 
-    def sees(self, drone: int, robot: FleetRobot, now_ns: int) -> bool:
-        """Return whether a drone has measured a robot of late."""
-        return robot.seen_within(drone, now_ns, round(TUNING.fresh_s * 1e9))
+    def seeing(self, robot: FleetRobot, now_ns: int) -> set[int]:
+        """Return the drones that have measured a robot of late."""
+        return robot.seen_within(now_ns, round(TUNING.fresh_s * 1e9))
 
     def others_see(self, drone: int, robot: FleetRobot, now_ns: int) -> bool:
         """Return whether any drone but one has measured a robot of late."""
-        others = (other for other in range(len(self._drones)) if other != drone)
-        return any(self.sees(other, robot, now_ns) for other in others)
+        return bool(self.seeing(robot, now_ns) - {drone})
 
     def _sides(self, robots: list[FleetRobot], seen: list[set[int]]) -> Iterator[_Sides]:
         """Yield the sets of robots that are matched with one another.

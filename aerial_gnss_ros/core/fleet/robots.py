@@ -103,9 +103,9 @@ class FleetRobot:
                 if drone in other.doubt:
                     self.doubt[drone] = other.doubt[drone]
 
-    def seen_within(self, drone: int, now_ns: int, patience_ns: int) -> bool:
-        """Return whether a drone has measured it within some time."""
-        return now_ns - self.seen_ns.get(drone, -patience_ns - 1 + now_ns) <= patience_ns
+    def seen_within(self, now_ns: int, patience_ns: int) -> set[int]:
+        """Return the drones that have measured it within some time."""
+        return {one for one, seen_ns in self.seen_ns.items() if now_ns - seen_ns <= patience_ns}
 
     def note_rival(self, offset: Array | None, now_ns: int) -> None:
         """Note the nearest robot that a drone shows in its place, or that there is none."""
@@ -131,7 +131,7 @@ class FleetRobot:
         nothing = np.zeros((2, 2))
         doubts = [one for drone, one in self.doubt.items() if drone not in wrong]
         doubts = doubts or [*self.doubt.values()]
-        own = max(doubts, key=lambda one: float(np.trace(one)), default=nothing)
+        own = max(doubts, key=lambda one: float(one[0, 0] + one[1, 1]), default=nothing)
         if self.rival is None or not self.contradicted(now_ns):
             return own
         found: Array = own + np.outer(self.rival, self.rival)

@@ -207,7 +207,6 @@ class SharedState(DroneBlocks):
     ) -> Outcome:
         """Update with pixels of the active drone's image, after `look`; see `update.correct`."""
         joint = self.joint
-        before = joint.mean
         P = joint.covariance.copy() if self._others else joint.covariance
         outcome = correct(joint, slots, pixels, sight, model, fastest, level)
         used = outcome.slots
@@ -221,7 +220,7 @@ class SharedState(DroneBlocks):
         sway = np.zeros(len(used)) if joint.sway is None else joint.sway[used]
         by_active = dtrsm(1.0, root, _observed(outcome.linear, used, P, sway), lower=1)
         by_others = dtrsm(1.0, root, _observed(outcome.linear, used, self._cross, sway), lower=1)
-        self._pass_on(by_active, by_others, joint.mean - before)
+        self._pass_on(by_active, by_others, outcome.white)
         joint.covariance[LATENCY, LATENCY] -= by_active[:, LATENCY] @ by_active[:, LATENCY]
         return outcome
 

@@ -90,9 +90,7 @@ class StayingState(SharedState):
     def known_errors(self) -> tuple[Array, Array]:
         """Return robots' covariance with all drones' errors (4 n, 7 N), and that of these."""
         with_active = self.joint.covariance[COUNT:, :COUNT]
-        P, between = self.joint.covariance[:COUNT, :COUNT], self._cross[:COUNT]
-        errors = np.block([[P, between], [between.T, self._own]])
-        return np.concatenate([with_active, self._cross[COUNT:]], axis=1), errors
+        return np.concatenate([with_active, self._cross[COUNT:]], axis=1), self._errors()
 
 
 class StayingLaw(MooredLaw):
@@ -166,13 +164,7 @@ class StayingLaw(MooredLaw):
         """
         mean, covariance = self.shared.ordered()
         n, first = len(self), len(mean) - 4 * len(self)
-        by_state = np.eye(len(mean))
-        c = first + 4 * self.current + np.array([2, 3])
-        for slot in np.flatnonzero(self.sway).tolist():
-            v = first + 4 * slot + np.array([2, 3])
-            by_state[v - 2, v] = 0.5
-            by_state[v] = by_state[c]
-        mean, covariance = by_state @ mean, by_state @ covariance @ by_state.T
+        self.put_published(mean, covariance, first)
         blocks = covariance[first:, first:].reshape(n, 4, n, 4)
         every = np.arange(n)
         blocks[every, :, every] = self.published()[1]

@@ -28,11 +28,11 @@ class Log:
     robots: list = field(default_factory=list)
     done: list = field(default_factory=list)
 
-    def update(self, name, seen):
+    def update(self, name, seen, publish=True):
         self.done.append((seen.pose.stamp_ns, name))
         if seen.fails:
             raise ValueError("of no use")
-        return self.done[-1]
+        return publish
 
 
 def sent(seconds, drone="a", session=1, number=0, fails=False):
@@ -113,9 +113,9 @@ def test_it_goes_back_at_most_twice_a_second_and_the_newest_do_not_wait():
 
 def test_the_longer_it_takes_the_longer_until_the_next_time():
     class Slow(Log):
-        def update(self, name, seen):
+        def update(self, name, seen, publish=True):
             clock.ns += SECOND_NS // 100
-            return super().update(name, seen)
+            return super().update(name, seen, publish)
 
     history, clock = made(Slow(), "a", "b")
     for k in range(600):
@@ -193,6 +193,17 @@ def test_what_fails_leaves_nothing_behind(late):
     assert history.refused == {FAILED: 1}
     assert history.failure == "ValueError: of no use"
     assert seconds(history.fleet) == [k / 10.0 for k in range(30)]
+
+
+@pytest.mark.parametrize(("last", "count"), [(False, 30), (True, 0)])
+def test_only_what_is_newest_is_published(last, count):
+    history, _ = made(Log(), "a")
+    for k in range(30):
+        history.add(sent(k / 10.0, "a", 1, k))
+    if last:  # what goes on from the last copy has applied nothing that is newest
+        history.add(sent(4.0, "a", 1, 99, fails=True))
+    published = [update for _, update in history.advance()]
+    assert published == [False] * (count - 1) + [True] * bool(count)
 
 
 def test_it_can_begin_again_with_another_fleet():

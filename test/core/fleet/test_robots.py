@@ -56,9 +56,8 @@ def test_a_name_is_kept_whichever_has_one():
 
 def test_seen_within_ends_after_its_time():
     one = robot(1000, 0, "aqua_1")
-    assert one.seen_within(0, 1500, 500)
-    assert not one.seen_within(0, 1501, 500)
-    assert not one.seen_within(1, 1000, 500)
+    assert one.seen_within(1500, 500) == {0}
+    assert one.seen_within(1501, 500) == set()
     np.testing.assert_array_equal(FleetRobot("aqua", 0, 0).widening(0), np.zeros((2, 2)))
 
 
