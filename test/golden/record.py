@@ -68,11 +68,8 @@ UNIT_DEG = 1e-9
 """A tenth of a millimetre of latitude: what a recorded position is a multiple of."""
 UNIT_M = 1e-4
 """The same for sigmas, m, and velocities, m/s."""
-SAME_M = 0.003
-"""Largest difference that is none, m or m/s.
-
-Another release of numpy rounds otherwise, which weighed motions amplify to 2 mm in `dives`.
-"""
+SAME_M = 0.001
+"""Largest difference that is none, m or m/s: other machines and releases round otherwise."""
 DEG_M = math.pi / 180.0 * 6_378_137.0
 
 COLUMNS = {

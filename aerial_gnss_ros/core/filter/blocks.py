@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
 from aerial_gnss_ros.core.filter.linearization import by_angles
 from aerial_gnss_ros.core.filter.plausible_state import check_covariance, check_robots
-from aerial_gnss_ros.core.filter.state import JointState, copy_robot
+from aerial_gnss_ros.core.filter.state import JointState, copy_robot, inverse_of_errors
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
@@ -103,11 +103,7 @@ class StateBlocks:
         found = np.empty((self._count, 2, 2))
         for group in self._groups:
             _, own, through = group.positions()
-            errors = group.covariance[:COUNT, :COUNT]
-            scale = np.sqrt(errors.diagonal())  # metres and radians: comparable once divided by it
-            scale = np.where(scale > 0.0, scale, 1.0)
-            through = through / scale
-            inverse = np.linalg.pinv(errors / np.outer(scale, scale), hermitian=True)
+            inverse = inverse_of_errors(group.covariance[:COUNT, :COUNT])
             found[group.rows] = own - through @ inverse @ through.swapaxes(1, 2)
         return found
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.linearization import CameraView
-from aerial_gnss_ros.core.filter.state import JointState, copy_robot
+from aerial_gnss_ros.core.filter.state import JointState, copy_robot, inverse_of_errors
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import Outcome, correct
 from aerial_gnss_ros.core.models.motion_model import MotionModel, MotionOf
@@ -332,10 +332,7 @@ def given_errors(own: Array, with_errors: Array, errors: Array) -> Array:
         with_errors: (m, 2, k) with these errors.
         errors: (k, k) covariance of the errors.
     """
-    k = len(errors)
-    # An error that is known has no variance: hence the small one.
-    told = np.linalg.solve(errors + 1e-12 * np.eye(k), with_errors.reshape(-1, k).T)
-    found: Array = own - with_errors @ told.T.reshape(-1, 2, k).swapaxes(1, 2)
+    found: Array = own - with_errors @ inverse_of_errors(errors) @ with_errors.swapaxes(1, 2)
     return found
 
 
@@ -392,5 +389,6 @@ def most_alike(base: JointState, slots: list[int], least: float) -> int:
     odds = _odds(base.mean[v][:, None] - base.mean[v], spread)
     odds[every, every] = -np.inf
     scores = np.where(odds > least, odds, 0.0).sum(axis=1)
-    best = int(scores.argmax())
+    # Of two robots that are each other's best, rounding would choose: hence the first one.
+    best = int(np.argmax(scores > scores.max() - 1e-6))
     return slots[best] if scores[best] > 0.0 else -1

@@ -261,8 +261,7 @@ def copy_robot(source: JointState, slot: int, target: JointState) -> int:
     """
     own = slice(COUNT + 4 * slot, COUNT + 4 * slot + 4)
     platform, cross = source.covariance[:COUNT, :COUNT], source.covariance[own, :COUNT]
-    # An error known exactly has no variance and no effect: hence the pseudo-inverse.
-    by_platform = cross @ np.linalg.pinv(platform, hermitian=True)
+    by_platform = cross @ inverse_of_errors(platform)
     given = source.covariance[own, own] - by_platform @ cross.T
     state = source.mean[own] + by_platform @ (target.mean[:COUNT] - source.mean[:COUNT])
     target.append(source.rows[[slot]], state[None], by_platform[None], given[None])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.moored_law import CURRENT, TUNING, MooredLaw, given_errors
-from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state import JointState, inverse_of_errors
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import Outcome
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
@@ -64,8 +64,7 @@ class StayingState(SharedState):
         mean, P = swimming.ordered()
         errors = np.arange(len(mean) - 4 * len(swimming.joint))
         own = errors.size + 4 * slot + np.arange(4)
-        known = np.linalg.pinv(P[np.ix_(errors, errors)], hermitian=True)
-        by_errors = P[np.ix_(own, errors)] @ known
+        by_errors = P[np.ix_(own, errors)] @ inverse_of_errors(P[np.ix_(errors, errors)])
         given = P[np.ix_(own, own)] - by_errors @ P[np.ix_(errors, own)]
         law = self.joint
         size, (here, whole, order) = len(law.mean), self.whole()

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.filter.state import inverse_of_errors
 from aerial_gnss_ros.core.filter.state_arrays import Indices, StateArrays
 from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS
 
@@ -149,8 +150,7 @@ class PositionLaw:
         """
         own, first = self.places(rows), self.errors
         platform, cross = self.covariance[:first, :first], self.covariance[own, :first]
-        # An error known exactly has no variance and moves nothing: hence the pseudo-inverse.
-        by_errors = cross @ np.linalg.pinv(platform, hermitian=True)
+        by_errors = cross @ inverse_of_errors(platform)
         rest = self.covariance[np.ix_(own, own)] - by_errors @ cross.T
         apart = positions.ravel() - self.mean[own] + by_errors @ self.mean[:first]
         return PlatformKnowledge(by_errors, apart, rest + blocks_apart(spread))

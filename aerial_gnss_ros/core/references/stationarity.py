@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.filter.state import inverse_of_errors
 from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.references.candidates import Candidate, Motion, NamedTrack
 from aerial_gnss_ros.core.references.position_law import PositionLaw
@@ -216,11 +217,8 @@ def _glimpse(
 def _by_errors(law: PositionLaw) -> Array:
     """Return derivatives (n, 2, 7 N) of a law's robots by the platforms' errors (regression)."""
     first = law.errors
-    scale = np.sqrt(law.covariance.diagonal()[:first])
-    scale = np.where(scale > 0.0, scale, 1.0)  # metres and radians: comparable once divided by it
-    errors = law.covariance[:first, :first] / np.outer(scale, scale)
     cross = law.covariance[first:, :first].reshape(-1, 4, first)[:, :2]
-    found: Array = cross / scale @ np.linalg.pinv(errors, hermitian=True) / scale
+    found: Array = cross @ inverse_of_errors(law.covariance[:first, :first])
     return found
 
 
