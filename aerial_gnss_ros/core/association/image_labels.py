@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -41,6 +42,10 @@ class LabelEvidence(NamedTuple):
     def factor(self, name: str) -> float:
         """Return the likelihood factor of a robot."""
         return max(self.names.get(name, self.others), TUNING.unmodelled_probability)
+
+    def renamed(self, names: Mapping[str, str]) -> LabelEvidence:
+        """Return the evidence with other labels: new ones by old ones; others stay."""
+        return self._replace(names={names.get(one, one): p for one, p in self.names.items()})
 
     def contradicts(self, name: str) -> bool:
         """Return whether the detection is clearly another one of the tracked robots."""

@@ -12,6 +12,7 @@ re-identification, beside positions; positions are never derived from it.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -129,6 +130,18 @@ class ImageTracks:
             one._replace(names={name: p for name, p in one.names.items() if name in names})
             for one in self._points
         ]
+
+    def rename(self, names: Mapping[str, str]) -> None:
+        """Give robots other labels: new ones by old ones; others stay."""
+        self._known = tuple(names.get(name, name) for name in self._known)
+        self._points = [
+            one._replace(names={names.get(name, name): p for name, p in one.names.items()})
+            for one in self._points
+        ]
+        self._history = deque(
+            one._replace(named={i: names.get(name, name) for i, name in one.named.items()})
+            for one in self._history
+        )
 
     def expected(self, frame: DetectionFrame) -> dict[int, LabelEvidence]:
         """Return the evidence for an image's boxes; empty without a recent gap in poses.

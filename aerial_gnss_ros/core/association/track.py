@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -123,6 +124,13 @@ class Track:
         self.label_pending |= other.label_pending
         self.pending_boxes, other.pending_boxes = self.pending_boxes + other.pending_boxes, ()
         self.label_evidence = self.label_evidence or other.label_evidence
+
+    def rename(self, names: Mapping[str, str]) -> None:
+        """Give robots other labels: new ones by old ones; others stay."""
+        self.robot_id = names.get(self.robot_id, self.robot_id)
+        self.previous_label = names.get(self.previous_label, self.previous_label)
+        if self.label_evidence is not None:
+            self.label_evidence = self.label_evidence.renamed(names)
 
     @property
     def since_ns(self) -> int:

@@ -88,7 +88,6 @@ class Estimator:
         self.dropped: Counter[str] = Counter()
         self._log = Events()
         self._config = config
-        self._patience_ns = _patience_ns(config)
         self._names = NameKeeper(config.state_file, self._log, session)
         self._identity = Labels(config, self._names.load(), self._log)
         self._inputs = TelemetryBuffers(config)
@@ -173,10 +172,16 @@ class Estimator:
         if self._doubt is not None:
             config = self._doubt.reconfigure(config)
         self._config = config
-        self._patience_ns = self._images.patience_ns = _patience_ns(config)
         self._inputs.reconfigure(config)
         self._intake.expect_references()
         self._pipeline.reconfigure(config, area)
+
+    @property
+    def _patience_ns(self) -> int:
+        """Longest wait of an image for telemetry of its scene, ns: from the scene's time on."""
+        config, scene_ns = self._config, self._pipeline.latency.scene_ns
+        late_s = max(0.0, config.fix.latency_s, config.height.latency_s)
+        return round((config.max_wait + late_s) * 1e9) + max(0, -scene_ns)
 
     @property
     def inputs(self) -> dict[str, InputStatus]:
@@ -262,6 +267,7 @@ class Estimator:
         """
         self._intake.arrivals.tick(now_ns, self._steady.update(now_ns, steady_ns))
         self._images.tick(now_ns)
+        self._images.patience_ns = self._patience_ns
         while self._images.waiting:
             if not self._finish_first(self._images.is_late(now_ns)):
                 break
@@ -386,6 +392,7 @@ class Estimator:
 
     def _take_over(self, trial: LatencyTrial, config: EstimatorConfig) -> None:
         """Publish what was tracked with another latency from the next image on."""
+        trial.adopt_labels()
         settled = trial.settled(self._pipeline.end())
         self.used += settled.used
         self._count(settled.refused)
@@ -483,10 +490,3 @@ class Estimator:
 
 def _as_it_is(tracking: Tracking) -> Tracking:
     return tracking
-
-
-def _patience_ns(config: EstimatorConfig) -> int:
-    """Return the longest wait of an image for telemetry of its scene, ns."""
-    late_s = max(0.0, config.fix.latency_s, config.height.latency_s)
-    early_s = max(0.0, -config.camera.latency_s) + late_s
-    return round(config.max_wait * 1e9) + round(early_s * 1e9)

@@ -13,7 +13,7 @@ published only when none is left.
 from __future__ import annotations
 
 import math
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -90,14 +90,15 @@ class LatencyTrial:
         self._inputs = inputs
         self.log = Events()
         self.identity = labels.beside()
-        tracking = Tracker(config, self.identity, self.log)
-        self.pipeline = Pipeline(config, inputs, tracking, origin, self.log)
+        self._tracker = Tracker(config, self.identity, self.log)
+        self.pipeline = Pipeline(config, inputs, self._tracker, origin, self.log)
         self.pipeline.latency = search
         self.waiting: deque[SeenImage] = deque()
         self.balance = 0.0
         self.behind = False
         self._published: dict[str, deque[RobotEstimate]] = {}
         self._apart: dict[str, RobotEstimate] = {}
+        self._shared: Counter[tuple[str, str]] = Counter()
         self._refused: set[Box] = set()
         self.pending: set[Box] = set()
         self._newest_ns = 0
@@ -146,6 +147,16 @@ class LatencyTrial:
         refused = tuple(one for one in decided if _box(one) in self._refused)
         return Settled(boxes.used + len(decided) - len(refused), refused)
 
+    def adopt_labels(self) -> None:
+        """Call robots as the configured latency's tracker does, which have been published.
+
+        It may have labelled a robot later than this one: then labels are different, and images that
+        both have taken in since show whose boxes are the same.
+        """
+        names = self.identity.adopted(self._shared, self._tracker.classes)
+        if names:
+            self._tracker.rename(names)
+
     def covered(self, result: FrameResult, probability: float) -> FrameResult:
         """Return a published result whose covariances contain this trial's positions.
 
@@ -189,6 +200,10 @@ class LatencyTrial:
         self._refused.update(map(_box, (*result.rejections, *result.late)))
         seen = self.pipeline.measured
         if seen is not None and seen[0].detections.stamp_ns == frame.stamp_ns:
+            boxes = {index: name for name, index in (image.measured or {}).items()}
+            self._shared.update(
+                (own, boxes[index]) for own, index in seen[1].items() if index in boxes
+            )
             more = len(seen[1]) - known
             self.balance = TUNING.memory * self.balance + (1.0 - TUNING.memory) * more
         return True

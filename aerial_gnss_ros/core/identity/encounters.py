@@ -246,6 +246,13 @@ class Encounters:
                 now = now.after_exchange(*pair.names, pair.exchanged)
         return now.covariances(estimates)
 
+    def rename(self, names: Mapping[str, str]) -> None:
+        """Give robots other labels: new ones by old ones; others stay."""
+        for pair in self._pairs:
+            first, second = pair.names
+            pair.names = names.get(first, first), names.get(second, second)
+        self._conclude(self._parted.renamed(names))
+
     def _conclude(self, parted: LabelAmbiguity) -> None:
         self._parted, self.ambiguous = parted, bool(self._pairs or parted.probabilities)
 

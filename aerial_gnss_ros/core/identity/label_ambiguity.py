@@ -88,6 +88,18 @@ class LabelAmbiguity:
         of = self.after_permutation({name: {name: 1.0 - share, place: share}}).probabilities
         return LabelAmbiguity(of, {**self._left, place: position})
 
+    def renamed(self, names: Mapping[str, str]) -> LabelAmbiguity:
+        """Return the distributions with other labels.
+
+        Args:
+            names: new labels by old ones; others stay.
+        """
+        of = {
+            names.get(name, name): {names.get(track, track): p for track, p in tracks.items()}
+            for name, tracks in self.probabilities.items()
+        }
+        return LabelAmbiguity(of, {names.get(name, name): at for name, at in self._left.items()})
+
     def prune(self, estimates: Mapping[str, Position]) -> None:
         """Forget labels without a track and negligible ambiguities.
 

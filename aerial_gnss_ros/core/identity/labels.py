@@ -7,7 +7,7 @@ from __future__ import annotations
 import copy
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.label_format import LabelRegistry, class_token
 from aerial_gnss_ros.core.identity.saved_labels import SavedNames, SavedRobot
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold, mahalanobis
+from aerial_gnss_ros.core.numerics.linear_assignment import linear_sum_assignment
 from aerial_gnss_ros.core.values.estimates import RobotEstimate
 from aerial_gnss_ros.core.values.events import Events
 
@@ -118,6 +119,34 @@ class Labels:
         self._told.update(boxes)
         for box in list(self._told)[: -TUNING.most_boxes]:
             del self._told[box]
+
+    def adopted(
+        self, shared: Mapping[tuple[str, str], int], classes: Mapping[str, str]
+    ) -> dict[str, str]:
+        """Return the labels that robots get whom another tracker calls otherwise, by their own.
+
+        Each robot is called as the other tracker has called most of the boxes that showed it, each
+        label once. Where its own label is another's then, it gets a number.
+
+        Args:
+            shared: number of boxes that showed one robot here and one there, by both labels.
+            classes: of the robots here, by their labels.
+        """
+        own, theirs = (sorted({pair[side] for pair in shared}) for side in (0, 1))
+        found: dict[str, str] = {}
+        if shared:
+            counts = np.array([[float(shared.get((a, b), 0)) for b in theirs] for a in own])
+            rows, columns = linear_sum_assignment(-counts)
+            for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+                if counts[row, column]:
+                    found[own[row]] = theirs[column]
+        for name in sorted(set(found.values()) - set(found)):
+            if name in classes:
+                found[name] = self._names.next(classes[name])
+        self._followed = {*self._followed, *found.values()}
+        found = {one: other for one, other in found.items() if one != other}
+        self._known = {name: one for name, one in self._known.items() if name not in found}
+        return found
 
     def reconfigure(self, config: EstimatorConfig) -> None:
         """Use the speeds of another configuration's classes from now on."""

@@ -15,7 +15,7 @@ camera; that knowledge ages as `noise.correlation_time_s` states.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 
@@ -137,6 +137,11 @@ class References:
             self._weighed_ns = self._stamp_ns
             self._weigh(tracks, in_view)
         self._corrected(tracks, self._stamp_ns)
+
+    def rename(self, names: Mapping[str, str]) -> None:
+        """Give robots other labels: new ones by old ones; others stay."""
+        self.links = {one: names.get(label, label) for one, label in self.links.items()}
+        self._stationarity.rename(names)
 
     def forget(self, names: Sequence[str]) -> None:
         """Forget references that are no more, or are elsewhere now, and what they showed."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -95,6 +95,13 @@ class StationarityTest:
         self._source = source
         self._kept: deque[_Glimpse] = deque()
         self._accepted_jumps = np.zeros(2)
+
+    def rename(self, names: Mapping[str, str]) -> None:
+        """Give robots other labels: new ones by old ones; others stay."""
+        self._kept = deque(
+            replace(one, rows={names.get(name, name): row for name, row in one.rows.items()})
+            for one in self._kept
+        )
 
     def forget(self, name: str) -> None:
         """Restart the test of a reference whose position has changed."""

@@ -10,6 +10,8 @@ tracks are confirmed.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,6 +52,12 @@ class Recovery:
         self._lost_ns: int | None = None
         self._lost_labels: set[str] = set()
         self._matcher.scene_mismatch = False
+
+    def rename(self, names: Mapping[str, str]) -> None:
+        """Give robots other labels: new ones by old ones; others stay."""
+        self._lost_labels = {names.get(name, name) for name in self._lost_labels}
+        for track in () if self.fork is None else self.fork.tracks:
+            track.rename(names)
 
     def predict(self, seconds: float) -> None:
         """Predict the robots of the fork."""

@@ -18,6 +18,8 @@ circles a robot with a wrong compass, so that the error reverses, does not lose 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -192,6 +194,20 @@ class Tracker:
         kept = [one for one in self._known if one in config.references]
         self._references.forget([one.name for one in self._known if one not in kept])
         self._known = config.references
+
+    @property
+    def classes(self) -> dict[str, str]:
+        """Classes of the robots, by their labels."""
+        return {one.robot_id: one.class_id for one in self.table.tracks if one.robot_id}
+
+    def rename(self, names: Mapping[str, str]) -> None:
+        """Give robots other labels: new ones by old ones; others stay."""
+        for track in self.table.tracks:
+            track.rename(names)
+        self._encounters.rename(names)
+        self._recovery.rename(names)
+        self._references.rename(names)
+        self._image_tracks.rename(names)
 
     def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:
         """Return how badly an image's boxes fit the robots in view, nats (see `Tracking`)."""

@@ -102,6 +102,24 @@ def test_a_pending_box_is_refused_if_the_trial_refuses_it_too(sea, trial):
     assert trial.pending == {(now, 3.0, 5.0)}
 
 
+def test_robots_are_called_as_their_boxes_were_published(sea, trial):
+    """The trial labelled them first, when none was published; then images show who is who."""
+    trial.identity._names.numbers["aqua"] = 4
+    renamed = []
+    trial._tracker = SimpleNamespace(
+        classes={"aqua_3": "aqua", "aqua_4": "aqua"}, rename=renamed.append
+    )
+    for t in (1.0, 2.0):
+        frame = sea.boxes(t, [[100.0, 360.0], [900.0, 360.0], [500.0, 360.0]])
+        scene = SimpleNamespace(detections=frame)
+        trial.pipeline.measured = scene, {"aqua_3": 1, "aqua_4": 0}
+        trial.gives = [result(frame.stamp_ns)]
+        published = {"aqua_1": 0, "aqua_2": 1, "aqua_4": 2}  # the last one has no track here
+        trial.add(seen(frame, result(frame.stamp_ns), published))
+    trial.adopt_labels()
+    assert renamed == [{"aqua_3": "aqua_2", "aqua_4": "aqua_1"}]
+
+
 def test_the_better_known_latency_is_gone_on_with(trial):
     own = trial.pipeline.latency
     own.found = (1.0, 0.1)

@@ -29,6 +29,14 @@ def test_two_encounters_make_a_chain():
     assert added["b"] == pytest.approx(np.diag([0.2 * 10**2 + 0.4 * 20**2, 0.0]))
 
 
+def test_robots_that_exchange_their_labels_keep_what_is_ambiguous():
+    met = LabelAmbiguity().after_exchange("a", "b", 0.2).after_exchange("b", "c", 0.5)
+    named = met.renamed({"a": "c", "c": "a"})
+    assert named.probabilities["c"] == pytest.approx({"c": 0.8, "b": 0.1, "a": 0.1})
+    assert named.probabilities["b"] == pytest.approx({"c": 0.2, "b": 0.4, "a": 0.4})
+    assert named.probabilities["a"] == pytest.approx({"b": 0.5, "a": 0.5})
+
+
 def test_three_in_a_ring():
     """Each robot went on as the next one's track, or all stayed."""
     ring = {"a": {"a": 0.6, "b": 0.4}, "b": {"b": 0.6, "c": 0.4}, "c": {"c": 0.6, "a": 0.4}}

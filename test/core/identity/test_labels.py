@@ -68,6 +68,30 @@ STARTS = (("leader", "aqua", (0.0, 0.0)), ("second", "Aqua", (12.0, 0.0)))
 
 
 @pytest.mark.parametrize(
+    ("shared", "classes", "names"),
+    [
+        # Most boxes decide, each label once.
+        ({"31": 5, "32": 1, "12": 4}, "13", {"3": "1", "1": "2"}),
+        # Whose label is another's then gets a number: 4 is the next one.
+        ({"21": 3}, "12", {"2": "1", "1": "4"}),
+        ({"11": 3, "22": 3}, "12", {}),
+        ({"11": 1, "12": 3, "21": 3, "22": 9}, "12", {}),
+        ({}, "12", {}),
+    ],
+)
+def test_robots_are_called_as_another_tracker_has_called_most_of_their_boxes(
+    shared, classes, names
+):
+    identity = _identity()
+    identity.assign([_seen(0.0, 0.0), _seen(9.0, 0.0), _seen(99.0, 0.0)], LOCAL)
+    found = identity.beside().adopted(
+        {(f"aqua_{a}", f"aqua_{b}"): count for (a, b), count in shared.items()},
+        {f"aqua_{one}": "aqua" for one in classes},
+    )
+    assert found == {f"aqua_{one}": f"aqua_{other}" for one, other in names.items()}
+
+
+@pytest.mark.parametrize(
     ("sightings", "names"),
     [
         ([_seen(1, 0)], ["leader"]),

@@ -18,6 +18,8 @@ from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.estimates import State
 
+MEETING_S = 17.0
+"""A time at which two of them are close, s."""
 CROSSING = {
     "a": lambda t: (0.3 * t - 5.0, 17.0),
     "b": lambda t: (5.0 - 0.3 * t, 18.0),
@@ -60,6 +62,21 @@ def _owners(sea, world, results):
                 owner = robot if near[robot] < 1.0 else "nobody"
                 owners.setdefault(estimate.robot_id, set()).add(owner)
     return owners
+
+
+def test_robots_with_other_labels_are_the_same_robots(sea):
+    """Also while two of them are close, and which is which is open."""
+    other = {"aqua_1": "aqua_3", "aqua_2": "aqua_1", "aqua_3": "aqua_2"}
+    flown = []
+    for names in ({}, other):
+        engine, world = sea.estimator(), sea.World(robots=CROSSING, pixel_sigma=2.0, seed=4)
+        sea.play(engine, world, MEETING_S, until_flush=False)
+        assert engine._pipeline.tracking._encounters.ambiguous
+        engine._pipeline.tracking.rename(names)
+        results = sea.play(engine, world, 5.0, begin=MEETING_S + 0.1)
+        flown.append([(result.stamp_ns, one.robot_id, *one.covariance.ravel())
+                      for result in results for one in result.estimates])  # fmt: skip
+    assert sorted((at, other[name], *rest) for at, name, *rest in flown[0]) == sorted(flown[1])
 
 
 @pytest.mark.parametrize("flight", [{}, _orbit()], ids=["hover", "orbit"])
