@@ -389,6 +389,7 @@ class Estimator:
             doubt.close()
         elif found is not None:
             self._take_over(found, doubt.unknown)
+            self._say_latency(doubt.stamped_seldom)
 
     def _take_over(self, trial: LatencyTrial, config: EstimatorConfig) -> None:
         """Publish what was tracked with another latency from the next image on."""
@@ -405,13 +406,18 @@ class Estimator:
         self._behind = deque(image.frame for image in trial.waiting)
         self._pending = trial.pending
         self._guard = self._new_guard()
+
+    def _say_latency(self, stamped_seldom: bool) -> None:
+        """Say once that the latency is estimated, and why."""
         if self._log.counts["latency_doubted"]:
             return
         self._log.counts["latency_doubted"] += 1
+        why = "Boxes do not fit camera.latency_s"
+        if stamped_seldom:
+            why = "Telemetry has the stamps of images that are far apart, and is late by up to that"
         self._log.add(
-            "Boxes do not fit camera.latency_s: the latency of the images is estimated from now "
-            "on, and positions are as uncertain as that makes them. State camera.latency_s if you "
-            "know it."
+            f"{why}: the latency of the images is estimated from now on, and positions are as "
+            "uncertain as that makes them. State camera.latency_s if you know it."
         )
 
     def _catch_up(self) -> None:

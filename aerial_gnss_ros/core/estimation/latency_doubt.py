@@ -9,6 +9,9 @@ As another latency becomes likelier, it is tried (`LatencyTrial`), beside the co
 positions are published with covariances that contain those of the trial. So a doubt costs time of
 the processor, and nothing else, until it is decided.
 
+Telemetry that was written down with images has their stamps, and is late by up to the time between
+two of them: its latency is known no better than that, so it is estimated at once.
+
 A trial begins with the images of the last seconds. While its latency is not known to 0.1 s they
 tell nothing of the platform's other errors, so they are taken in once more when it is.
 
@@ -163,6 +166,7 @@ class LatencyDoubt:
         if evidence is None or not (self.open or self.doubted):
             return
         stamp_ns = scene.detections.stamp_ns
+        self._note_stamps()
         self.search.compare(scene, measured, local)
         if self.doubted:
             self._learn_more(stamp_ns, not measured)
@@ -175,6 +179,8 @@ class LatencyDoubt:
         prior = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))
         best = float(gains.max())
         self._nats = prior + best + math.log(float(np.exp(gains - best).mean()))
+        if self.stamped_seldom:
+            self._nats = math.inf
         settled = self._moved_s > TUNING.decided_s or float(far.max()) < TUNING.settled_nats
         endless = self._moved_s > 2.0 * TUNING.decided_s
         if self._nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
@@ -255,11 +261,25 @@ class LatencyDoubt:
 
     def _anew(self) -> LatencySearch:
         """Return a search that knows nothing but how exact stamps are."""
-        images = [one.frame.stamp_ns for one in self._recent.images]
         search = LatencySearch(self.unknown, self._inputs)
-        search.stamp_sigma_s = stamp_sigma_s(images, self._inputs.stamps(images[0], images[-1]))
-        self.search.stamp_sigma_s = search.stamp_sigma_s
+        search.stamp_sigma_s = self.search.stamp_sigma_s
         return search
+
+    @property
+    def stamped_seldom(self) -> bool:
+        """Whether telemetry has the stamps of images, and no latency is known for that reason."""
+        return self.search.stamp_sigma_s > TUNING.known_s
+
+    def _note_stamps(self) -> None:
+        """Judge how exact telemetry's stamps are, by the recent images."""
+        images = [one.frame.stamp_ns for one in self._recent.images]
+        if not images:
+            return
+        sigma_s = stamp_sigma_s(images, self._inputs.stamps(images[0], images[-1]))
+        tracks = self._published if self.trial is None else self.trial.pipeline
+        for search in (self.search, None if tracks is None else tracks.latency):
+            if search is not None:
+                search.stamp_sigma_s = sigma_s
 
     def _learnt(self) -> LatencySearch:
         """Return a search that goes on from what decided."""

@@ -81,6 +81,9 @@ class LatencySearchTuning:
 
 TUNING = LatencySearchTuning()
 
+ELSEWHERE = 0.1
+"""Probability before any image that the latency is none that is expected. Judged."""
+
 
 class LatencySearch:
     """Estimates the correction of `camera.latency_s`; its prior sigma is `noise.latency_s`.
@@ -284,21 +287,49 @@ class LatencySearch:
         """Return posterior mean and sigma of the correction, s."""
         from scipy.interpolate import CubicSpline  # takes long to import, and is seldom needed
 
-        score = -0.5 * self._cost / self.excess - 0.5 * np.square(self.corrections / self._sigma)
+        score = -0.5 * self._cost / self.excess + self._log_prior()
         grid = self.corrections
         fine: Array = np.linspace(grid[0], grid[-1], TUNING.posterior_steps * (len(grid) - 1) + 1)
         values = CubicSpline(grid, score)(fine)
         weight = np.exp(values - values.max())
         weight /= weight.sum()
         mean = float(weight @ fine)
+        wide = self._prior_variance(mean)
         if not self._images:
-            return mean, self._sigma
+            return mean, math.sqrt(wide)
         variance = float(weight @ np.square(fine - mean))
         # Noise of the poses adds this variance to the slope of the cost, beyond that of the boxes.
         tilt = 0.25 * self._slope * variance**2
-        wide = max(variance, self._sigma**2)
         least = self.stamp_sigma_s**2 + (STEP_S / TUNING.posterior_steps) ** 2
-        return mean, math.sqrt(min(variance + tilt + least, wide))
+        return mean, math.sqrt(min(variance + tilt + least, max(variance, wide)))
+
+    @property
+    def _stamped_late_s(self) -> float:
+        """How late stamps are in the mean, s: by up to the time between two images.
+
+        A latency that is stated contains it.
+        """
+        return 0.0 if self._stated_ns else math.sqrt(3.0) * self.stamp_sigma_s
+
+    def _log_prior(self) -> Array:
+        """Return the log density of each candidate before any image, up to a constant.
+
+        Where telemetry has the stamps of images, they are most likely late by what that makes them.
+        """
+        squared = np.square(self.corrections / self._sigma)
+        if not self.stamp_sigma_s:
+            return -0.5 * squared
+        near = (self.corrections + self._stamped_late_s) / self.stamp_sigma_s
+        anywhere = ELSEWHERE * np.exp(-0.5 * squared) / self._sigma
+        late = (1.0 - ELSEWHERE) * np.exp(-0.5 * np.square(near)) / self.stamp_sigma_s
+        return np.asarray(np.log(anywhere + late))
+
+    def _prior_variance(self, about: float) -> float:
+        """Return the mean squared distance of the prior from a correction, s²."""
+        if not self.stamp_sigma_s:
+            return self._sigma**2
+        late = self.stamp_sigma_s**2 + (about + self._stamped_late_s) ** 2
+        return ELSEWHERE * (self._sigma**2 + about**2) + (1.0 - ELSEWHERE) * late
 
     def _pose(self, stamp_ns: int) -> MapPose | bool:
         """Return the camera at a time; without one, whether its telemetry may still arrive."""

@@ -124,6 +124,19 @@ def test_each_box_is_used_or_refused_once(sea):
     assert engine.boxes == engine.used + engine.counts.total()
 
 
+@pytest.mark.parametrize(("telemetry", "estimated"), [(1, True), (2, False), (3, False)])
+def test_telemetry_with_stamps_of_images_is_late(sea, telemetry, estimated):
+    """Two images a second, and telemetry with each other stamp, each one, or others."""
+    engine = sea.estimator(STATED)
+    world = late_world(sea, -0.3, lambda t: (0.5 * t, 0.0, 30.0))
+    results = sea.play(engine, world, 9.0, images=2, telemetry=telemetry)
+    assert bool(engine.happened["latency_doubted"]) is estimated
+    assert any("stamps of images" in str(one) for one in engine.events) is estimated
+    found = next((one for one in reversed([latency(result) for result in results]) if one), None)
+    assert (found is not None) is estimated
+    assert found is None or (abs(found.value + 0.3) < 3.0 * found.sigma and found.sigma < 0.5)
+
+
 def test_the_configured_latency_is_kept_to_the_last_bit(sea):
     flown = []
     for stated in (STATED, STATED | {"camera.find_latency": False}):

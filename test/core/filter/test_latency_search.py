@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch, _is_smooth
 from aerial_gnss_ros.core.filter.pose_lattice import MARGIN, smoothed
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.feeding import feed
@@ -142,7 +143,7 @@ def test_a_latency_is_known_no_better_than_stamps_of_telemetry(sea):
             sea, 0.5, lambda t: (5.0 * math.sin(t), 0.0, 30.0), lambda _t: (0.0, 60.0, 90.0)
         )
         found.append(_reported(sea.play(engine, world, 12.0, images=5)))
-    assert found[1][0] == pytest.approx(found[0][0], abs=1e-6)
+    assert found[1][0] == pytest.approx(found[0][0], abs=1e-3)
     assert found[1][1] == pytest.approx(math.hypot(found[0][1], 0.2), rel=0.01)
 
 
@@ -169,3 +170,23 @@ def test_telemetry_has_jumped_at_any_speed_of_the_drone(speed, jump_m, jump_deg,
     rotations = np.array([matrix_from_rpy(0.0, 1.0, float(angle)) for angle in yaw])
     assert _is_smooth(smoothed(positions), smoothed(rotations)) is smooth
     assert len(smoothed(positions)) == 30 - 2 * MARGIN
+
+
+@pytest.mark.parametrize(
+    ("stated_s", "stamp_sigma_s", "found"),
+    [
+        # 0.9 at 0.25 +- 0.1443 s late and 0.1 anywhere, +- 1 s: the root of 0.9 times
+        # 0.1443² + 0.025² and 0.1 times 1 + 0.225² is 0.353.
+        (0.0, 0.5 / math.sqrt(12.0), (-0.225, 0.353)),
+        (-1.0, 0.5 / math.sqrt(12.0), (0.0, 0.344)),  # what is stated contains the mean
+        (0.0, 0.0, (0.0, 1.0)),
+    ],
+)
+def test_telemetry_with_stamps_of_images_is_late_by_up_to_their_interval(
+    stated_s, stamp_sigma_s, found
+):
+    config = estimator_config({"noise.latency_s": 1.0, "camera.latency_s": stated_s})
+    search = LatencySearch(config, TelemetryBuffers(config))
+    search.stamp_sigma_s = stamp_sigma_s
+    search.conclude()
+    assert search._posterior() == pytest.approx(found, abs=0.01)

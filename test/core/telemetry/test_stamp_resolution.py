@@ -22,6 +22,7 @@ def test_telemetry_with_stamps_of_images_is_late_by_up_to_their_interval():
     [
         [EVERY_SECOND, [*EVERY_SECOND[:-1], IMAGES[-1] - 1]],  # one stamp is of no image
         [EVERY_SECOND, IMAGES],  # one for each image
+        [IMAGES[3:-2], IMAGES[:9] + IMAGES[10:]],  # the first ones came later, one is missing
         [EVERY_SECOND, EVERY_SECOND[:4]],  # too few
         [],
     ],
