@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,6 +115,17 @@ class CandidatePairs:
             lone, beside, grown, given,
             _left(of, to, squared, reach, robots, given, kind.count(ROBOT)),
         )  # fmt: skip
+
+    @property
+    def contested(self) -> bool:
+        """Whether robots' gates overlap, with several robots and boxes in them."""
+        rows = {self.rows[k] for k in self.inside}
+        columns = {self.columns[k] for k in self.inside}
+        return len(self.inside) > max(len(rows), len(columns)) and min(len(rows), len(columns)) > 1
+
+    def with_given(self, given: list[int]) -> CandidatePairs:
+        """Return the candidates with another assignment of robots."""
+        return replace(self, given=given, left_over=self.left(given))
 
     def best(self, pairs: list[int]) -> list[int]:
         """Return the likeliest assignment of some pairs inside gates."""

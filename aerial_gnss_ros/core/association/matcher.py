@@ -24,6 +24,8 @@ from aerial_gnss_ros.core.association.coherence import manoeuvred_pairs, swerves
 from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
 from aerial_gnss_ros.core.association.decision import NO_PAIRS, Association
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
+from aerial_gnss_ros.core.association.joint_assignment import TUNING as JOINT_ASSIGNMENT
+from aerial_gnss_ros.core.association.joint_assignment import jointly_likeliest
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
@@ -97,7 +99,21 @@ class Matcher:
         swerve = self.threshold * (MOTION_MODEL.swerve_s * self._filter.motions.largest) ** 2
         pairs = self._filter.compare(seen, ASSIGNMENT.near_gate_radii**2 * self.threshold, swerve)
         distances, classes = mahalanobis(pairs.offsets, pairs.spread), seen.class_ids.tolist()
-        return CandidatePairs.of_image(pairs, distances, kind, tracks, classes, self.threshold)
+        found = CandidatePairs.of_image(pairs, distances, kind, tracks, classes, self.threshold)
+        return self._judged_jointly(found, seen)
+
+    def _judged_jointly(self, candidates: CandidatePairs, seen: Measurements) -> CandidatePairs:
+        """Return the candidates with the assignment of robots that is likeliest for all boxes."""
+        inside = candidates.inside
+        if not candidates.contested or len(inside) > JOINT_ASSIGNMENT.most_pairs:
+            return candidates
+        pairs = candidates.pairs.of(inside)
+        covariance = self._filter.compare_jointly(seen, pairs)
+        if covariance is None:
+            return candidates
+        rows, columns = pairs.rows.tolist(), pairs.columns.tolist()
+        chosen = jointly_likeliest(rows, columns, pairs.offsets, covariance, self.threshold)
+        return candidates.with_given([inside[k] for k in chosen])
 
     def assign(
         self, tracks: list[Track], candidates: CandidatePairs, boxes: int, stamp_ns: int

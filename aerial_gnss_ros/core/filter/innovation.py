@@ -45,6 +45,11 @@ class PairInnovations:
     offsets: Array
     spread: Array
 
+    def of(self, chosen: list[int]) -> PairInnovations:
+        """Return some of the pairs."""
+        rows, columns = self.rows[chosen], self.columns[chosen]
+        return PairInnovations(rows, columns, self.offsets[chosen], self.spread[chosen])
+
     @classmethod
     def of_groups(cls, parts: list[PairInnovations]) -> PairInnovations:
         """Return the pairs of several groups together."""
@@ -98,6 +103,37 @@ def pair_innovations(
     common = shared[slots, :, columns]
     spread = blocks[slots] + own[columns] - common - common.swapaxes(1, 2)
     return PairInnovations(group.rows[slots], columns, places[columns] - robots[slots], spread)
+
+
+def joint_covariance(
+    group: JointState, slots: Indices, by_errors: Array, white: Array, own: Array
+) -> Array:
+    """Return the covariance (2 k, 2 k) of the innovations of k pairs together, m².
+
+    What moves all boxes of the image alike is in the covariances between pairs: the platform's
+    errors, and of the white noise what is not a box's own.
+
+    Args:
+        group: the robots.
+        slots: (k,) indices of the pairs' robots.
+        by_errors: (k, 2, 7) derivatives of the boxes' positions by the platform's errors.
+        white: (k, 2, 2) white covariance of these, m².
+        own: (k, 2, 2) part of it that is the boxes' own, m².
+    """
+    P, k = group.covariance, len(slots)
+    place = (COUNT + 4 * slots[:, None] + np.arange(2)).ravel()
+    moved = by_errors.reshape(2 * k, COUNT)
+    with_robots = moved @ P[:COUNT, place]
+    found = moved @ P[:COUNT, :COUNT] @ moved.T - with_robots - with_robots.T
+    found += P[np.ix_(place, place)]
+    common = white - own
+    values, vectors = np.linalg.eigh(common)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] @ vectors.swapaxes(1, 2)
+    alike = root.reshape(2 * k, 2)
+    found += alike @ alike.T
+    blocks, every = found.reshape(k, 2, k, 2), np.arange(k)
+    blocks[every, :, every] += white - root @ root
+    return found
 
 
 def misfit(pairs: PairInnovations, robots: list[int], threshold: float) -> float:

@@ -19,10 +19,15 @@ from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_fault import RobotsInView
 from aerial_gnss_ros.core.filter.camera_faults import CameraFaults
 from aerial_gnss_ros.core.filter.correlation_times import CorrelationTimes
-from aerial_gnss_ros.core.filter.innovation import PairInnovations, pair_innovations
+from aerial_gnss_ros.core.filter.innovation import (
+    PairInnovations,
+    joint_covariance,
+    pair_innovations,
+)
 from aerial_gnss_ros.core.filter.linearization import (
     CameraView,
     by_angles,
+    by_platform,
     relinearize,
 )
 from aerial_gnss_ros.core.filter.moored_mixture import MooredMixture
@@ -266,6 +271,25 @@ class JointFilter(CameraFaults):
                 places, by_errors = relinearize(group, view, rays)
                 found.append(pair_innovations(group, places, by_errors, seen.white, scale, floor))
         return found[0] if len(found) == 1 else PairInnovations.of_groups(found)
+
+    def compare_jointly(self, seen: Measurements, pairs: PairInnovations) -> Array | None:
+        """Return the covariance (2 k, 2 k) of some pairs together, see `joint_covariance`.
+
+        Args:
+            seen: the image's detections.
+            pairs: k of those that `compare` has returned.
+
+        Returns:
+            None where their robots are in several blocks.
+        """
+        group_of, slot_of = self._places_of_rows()
+        groups = set(group_of[pairs.rows].tolist())
+        if len(groups) != 1:
+            return None
+        group, columns = self._groups[groups.pop()], pairs.columns
+        moved = by_platform(group, pairs.offsets + group.robots[slot_of[pairs.rows], :2])
+        own = self.box_noise(seen.positions)[columns]
+        return joint_covariance(group, slot_of[pairs.rows], moved, seen.white[columns], own)
 
     def predict_with(self, groups: list[JointState], seconds: float) -> None:
         """Predict other joint states of the same camera."""

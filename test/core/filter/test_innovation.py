@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from aerial_gnss_ros.core.filter.innovation import (
     TUNING,
     PairInnovations,
+    joint_covariance,
     misfit,
     pair_innovations,
 )
@@ -88,3 +89,33 @@ def test_pairs_far_apart_are_not_compared(axis):
     # Their trace is 8 m²: up to sqrt(800) = 28 m.
     assert set(pairs.columns.tolist()) == {0, 1}
     assert len(pairs.rows) == 10
+
+
+def test_each_pair_together_with_others_is_as_uncertain_as_by_itself():
+    rng = np.random.default_rng(3)
+    group, places, by_errors = _group(rng, 3), rng.normal(size=(4, 2)), rng.normal(size=(4, 2, 7))
+    own, white = np.tile(0.1 * np.eye(2), (4, 1, 1)), np.tile(np.diag([0.5, 0.3]), (4, 1, 1))
+    pairs = pair_innovations(group, places, by_errors, white, np.inf, np.inf)
+    columns = pairs.columns
+    found = joint_covariance(group, pairs.rows, by_errors[columns], white[columns], own[columns])
+    blocks, every = found.reshape(12, 2, 12, 2), np.arange(12)
+    np.testing.assert_allclose(blocks[every, :, every], pairs.spread, atol=1e-12)
+    assert np.linalg.eigvalsh(found).min() > -1e-12
+
+
+def test_what_moves_all_boxes_is_common_to_their_innovations():
+    """Robots are known exactly, one error moves boxes east by 2 m, 1 m: of white noise, a part."""
+    group = JointState(np.zeros((COUNT, COUNT)))
+    group.covariance = np.zeros((COUNT + 8, COUNT + 8))
+    group.covariance[0, 0] = 1.0
+    group.mean, group.rows = np.zeros(COUNT + 8), np.arange(2)
+    by_errors = np.zeros((2, 2, COUNT))
+    by_errors[:, 0, 0] = 2.0, 1.0
+    white = np.tile(np.diag([0.5, 0.3]), (2, 1, 1))
+    own = np.tile(0.1 * np.eye(2), (2, 1, 1))
+    found = joint_covariance(group, np.arange(2), by_errors, white, own)
+    expected = [
+        [4.5, 0.0, 2.4, 0.0], [0.0, 0.3, 0.0, 0.2],
+        [2.4, 0.0, 1.5, 0.0], [0.0, 0.2, 0.0, 0.3],
+    ]  # fmt: skip
+    np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -1,0 +1,109 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Assignment of all boxes of an image together, where an error of its pose moves them all alike.
+
+Pairs judged by themselves are exchanged where that error is as large as robots are apart: each
+robot takes the box that the displaced neighbour left. But the error is one: a pair that is right
+says where the boxes of all others must be. With offsets d of an assignment's pairs and their joint
+covariance K (cross-covariances included), the cost of the assignment is
+
+    d' K⁻¹ d + log det K,
+
+minus twice its log likelihood (joint compatibility: Neira and Tardós 2001). Each pair in turn is
+taken for right, and suggests the likeliest assignment of the others given its offset; the
+cheapest of these is chosen.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.association.assignment import likeliest
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class JointAssignmentTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    most_pairs: int = 128
+    """Pairs beyond which each is judged by itself, because of the cost. Judged."""
+    suggesting_pairs: int = 32
+    """Greatest number of pairs, the nearest ones, that suggest an assignment. Judged."""
+
+
+TUNING = JointAssignmentTuning()
+
+ROUNDING = 1e-9
+"""Of the largest variance: a covariance may be that far from positive definite."""
+
+
+def jointly_likeliest(
+    rows: list[int], columns: list[int], offsets: Array, covariance: Array, threshold: float
+) -> list[int]:
+    """Return the indices of the assignment of k pairs with the greatest joint likelihood.
+
+    Args:
+        rows: (k,) of pairs inside the gate and of one class, in ascending order.
+        columns: (k,) of these pairs.
+        offsets: (k, 2) from robot to box, m.
+        covariance: (2 k, 2 k) of these, m².
+        threshold: squared distance at the edge of a gate.
+    """
+    k = len(rows)
+    blocks = covariance.reshape(k, 2, k, 2)
+    every = np.arange(k)
+    spread = blocks[every, :, every]
+    squared, wide = mahalanobis(offsets, spread)
+    missing: dict[int, float] = {}
+    for row, one in zip(rows, wide.tolist(), strict=True):
+        missing[row] = max(missing.get(row, -math.inf), threshold + one)
+    best = likeliest(rows, columns, squared.tolist(), wide.tolist(), threshold)
+    least, seen = _cost(best, rows, offsets, covariance, missing), {tuple(best)}
+    for right in np.argsort(squared, kind="stable")[: TUNING.suggesting_pairs].tolist():
+        gain = np.linalg.solve(spread[right], blocks[right].reshape(2, 2 * k)).T.reshape(k, 2, 2)
+        left = offsets - gain @ offsets[right]
+        rest = spread - gain @ blocks[right].transpose(1, 0, 2)
+        open_ = [i for i in range(k) if rows[i] != rows[right] and columns[i] != columns[right]]
+        near, log = mahalanobis(left[open_], rest[open_]) if open_ else (np.zeros(0), np.zeros(0))
+        inside = [i for i, one in enumerate(near.tolist()) if one <= threshold]
+        chosen = likeliest(
+            [rows[open_[i]] for i in inside],
+            [columns[open_[i]] for i in inside],
+            near[inside].tolist(),
+            log[inside].tolist(),
+            threshold,
+        )
+        found = sorted([right, *(open_[inside[i]] for i in chosen)])
+        if tuple(found) in seen:
+            continue
+        seen.add(tuple(found))
+        cost = _cost(found, rows, offsets, covariance, missing)
+        if cost < least:
+            best, least = found, cost
+    return best
+
+
+def _cost(
+    chosen: list[int],
+    rows: list[int],
+    offsets: Array,
+    covariance: Array,
+    missing: dict[int, float],
+) -> float:
+    """Return minus twice the log likelihood of an assignment, up to a constant."""
+    taken = {rows[i] for i in chosen}
+    total = sum(one for row, one in missing.items() if row not in taken)
+    if not chosen:
+        return total
+    place = np.array([[2 * i, 2 * i + 1] for i in chosen]).ravel()
+    K = covariance[np.ix_(place, place)]
+    lower = np.linalg.cholesky(K + ROUNDING * K.diagonal().max() * np.eye(len(K)))
+    white = np.linalg.solve(lower, offsets[chosen].ravel())
+    return total + float(white @ white) + 2.0 * float(np.log(lower.diagonal()).sum())
