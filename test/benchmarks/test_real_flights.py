@@ -22,19 +22,19 @@ from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion
 
 LIMITS = {
-    "DJI_0011_d3": (0.85, 2.0),
-    "DJI_0032": (0.7, 1.4),
-    "DJI_0063": (0.85, 1.1),
-    "NorthSea_Fri_DJI_0113": (0.85, 1.2),
-    "NorthSea_Fri_DJI_0114": (0.5, 1.3),
-    "NorthSea_Fri_DJI_0116": (0.4, 2.5),
-    "NorthSea_Sat_DJI_0122": (0.8, 1.2),
-    "NorthSea_Thu_DJI_0107": (0.55, 1.8),
-    "NorthSea_Thu_DJI_0108": (0.65, 1.3),
+    "DJI_0011_d3": (0.9, 1.1),
+    "DJI_0032": (0.85, 1.1),
+    "DJI_0063": (0.9, 1.1),
+    "NorthSea_Fri_DJI_0113": (0.9, 1.15),
+    "NorthSea_Fri_DJI_0114": (0.57, 1.15),
+    "NorthSea_Fri_DJI_0116": (0.73, 1.4),
+    "NorthSea_Sat_DJI_0122": (0.88, 1.1),
+    "NorthSea_Thu_DJI_0107": (0.75, 1.4),
+    "NorthSea_Thu_DJI_0108": (0.8, 1.2),
 }
 """Least share of the boxes steeper than 15 deg that are used, and most names an object, by flight:
 what is reached, with room."""
-SPREAD_M = (1.5, 4.5)
+SPREAD_M = (1.2, 4.0)
 """Median and 90 % of the spread of the buoys seen steeply from NorthSea_Fri_DJI_0113, m: what is
 reached, with room; 3 m are the aim for the latter."""
 HEAD = (
