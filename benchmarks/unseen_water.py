@@ -34,7 +34,7 @@ from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.detection.views import views
 from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.resources import model_path
-from aerial_gnss_ros.training.clutter import write_cluttered
+from aerial_gnss_ros.training.clutter import Numbers, write_cluttered
 from aerial_gnss_ros.training.compare import labelled
 from aerial_gnss_ros.training.composing import (
     Composing,
@@ -53,7 +53,7 @@ SOURCES = {"northsea_video": 1.0, "lake_nadir": 1.0, "lake_shore": 0.5}
 """Name of each, and the share of its photographs that is taken for water."""
 COMPOSED = {"northsea_video": 300, "lake_nadir": 250, "lake_shore": 500}
 WITH_ROBOTS = {"northsea_video": 90, "lake_nadir": 90, "lake_shore": 140}
-THINGS = 9.0  # of random shape, in an image
+NUMBERS = Numbers(things=9.0)  # of what is drawn into an image
 GATHERED_FROM = 0.015  # score of the boxes to learn from; lower than those that are looked at
 LENGTH_PX = 24.0  # of robots that a detector is expected to find on real water
 THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
@@ -109,7 +109,7 @@ def cluttered(given: argparse.Namespace, folder: Path) -> Path:
     """Return a folder's images with things of random shape in them, made if it is missing."""
     things: Path = given.output / f"clutter_{folder.name}"
     if not things.is_dir():
-        write_cluttered(folder, things, THINGS, given.seed, "train")
+        write_cluttered(folder, things, NUMBERS, given.seed, "train")
     return things
 
 

@@ -6,8 +6,9 @@ python -m aerial_gnss_ros.training.clutter FOLDER -o CLUTTERED
 
 A detector of rendered robots takes almost anything small and colourful on the water for one,
 because it has seen too few other things. Real things are scarce and differ from water to water;
-these cost nothing and are endless: bodies with limbs, rings, planks, foliage, stones. No shape is
-one of a robot. Robots that are labelled in an image stay uncovered.
+these cost nothing and are endless: bodies with limbs, rings, planks, foliage, stones; people; and
+figures of random parts, which may bear the paints of the robots of other images (`figures.py`). No
+shape is one of a robot. Robots that are labelled in an image stay uncovered.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import cv2
@@ -25,14 +28,32 @@ from aerial_gnss_ros.bags.partial import partial
 from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError, OutputError
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.images import write_jpeg
+from aerial_gnss_ros.training.figures import figure
 from aerial_gnss_ros.training.labelled import read_labels
 from aerial_gnss_ros.training.people import person
 
 F32 = NDArray[np.float32]
-_LENGTHS_PX = (12.0, 110.0)
+LENGTHS_PX = (12.0, 110.0)
 _FINE = 4  # pixels of the mask for a pixel of the image
 _LAND = 0.2  # share of the images a part of which is covered
+_GROUPED = 0.5  # share of the figures that have some alike beside them
 _QUALITIES = (50, 97)
+_PAINTS = 100  # robots whose colours are used
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Mean numbers of what is drawn into an image.
+
+    Attributes:
+        things: bodies, rings, planks, stones; 0: no land either.
+        people: people in the water.
+        figures: figures of several parts and colours.
+    """
+
+    things: float = 8.0
+    people: float = 0.0
+    figures: float = 0.0
 
 
 def shape(rng: np.random.Generator, length: float) -> F32:
@@ -115,8 +136,9 @@ def add_things(
     rng: np.random.Generator,
     image: Image,
     robots: NDArray[np.float64],
-    mean: float = 8.0,
-    people: float = 0.0,
+    numbers: Numbers,
+    paints: Sequence[Image] = (),
+    lengths_px: tuple[float, float] = LENGTHS_PX,
 ) -> Image:
     """Return an image with things in it that are no robots, none of them on a robot.
 
@@ -124,34 +146,60 @@ def add_things(
         rng: all randomness.
         image: (height, width, 3) blue, green, red.
         robots: (n, 4) left, top, right, bottom of the robots, px.
-        mean: number of things.
-        people: number of people in the water, besides.
+        numbers: of each kind, in the mean.
+        paints: pictures of robots, whose colours figures may bear in another order.
+        lengths_px: least and greatest of everything.
     """
     made = image.astype(np.float32)
-    if rng.random() < _LAND and mean > 0.0:
+    if rng.random() < _LAND and numbers.things > 0.0:
         _cover(rng, made, robots)
-    for _ in range(int(rng.poisson(mean))):
-        length = float(np.exp(rng.uniform(*np.log(_LENGTHS_PX))))
+    for _ in range(int(rng.poisson(numbers.things))):
+        length = float(np.exp(rng.uniform(*np.log(lengths_px))))
         coverage = shape(rng, length)
         place = _place(rng, image, len(coverage), robots)
         if place is not None:
             side = len(coverage)
             colours = texture(rng, (side, side), length * rng.uniform(0.1, 0.7))
             _draw(rng, made, place, coverage, colours)
-    for _ in range(int(rng.poisson(people)) if people else 0):
-        coverage, colours = person(rng, float(np.exp(rng.uniform(*np.log(_LENGTHS_PX)))))
+    for _ in range(int(rng.poisson(numbers.people)) if numbers.people else 0):
+        coverage, colours = person(rng, float(np.exp(rng.uniform(*np.log(lengths_px)))))
         place = _place(rng, image, len(coverage), robots)
         if place is not None:
             _draw(rng, made, place, coverage, colours)
+    for _ in range(int(rng.poisson(numbers.figures)) if numbers.figures else 0):
+        drawn = figure(rng, float(np.exp(rng.uniform(*np.log(lengths_px)))), paints)
+        _draw_group(rng, made, robots, drawn)
     return np.clip(np.round(made), 0, 255).astype(np.uint8)
 
 
 def _place(
-    rng: np.random.Generator, image: Image, side: int, robots: NDArray[np.float64]
+    rng: np.random.Generator, image: Image | F32, side: int, robots: NDArray[np.float64]
 ) -> tuple[int, int] | None:
     """Return left and top of a thing; None if it would touch a robot."""
     x, y = (int(rng.integers(-side // 3, size - side // 2)) for size in image.shape[1::-1])
     return None if _touches((x, y, x + side, y + side), robots, 0.3 * side) else (x, y)
+
+
+def _draw_group(
+    rng: np.random.Generator, made: F32, robots: NDArray[np.float64], drawn: tuple[F32, F32]
+) -> None:
+    """Draw a figure into an image, perhaps with some alike beside it, as people swim together.
+
+    Two things apart have the ends of one long robot of which only the ends stand out.
+    """
+    side = len(drawn[0])
+    first = _place(rng, made, side, robots)
+    if first is None:
+        return
+    _draw(rng, made, first, *drawn)
+    for _ in range(int(rng.integers(1, 4)) if rng.random() < _GROUPED else 0):
+        angle, away = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.6, 3.0) * side
+        x, y = (
+            round(a + away * b) for a, b in zip(first, (np.cos(angle), np.sin(angle)), strict=True)
+        )
+        if not _touches((x, y, x + side, y + side), robots, 0.3 * side):
+            turns = int(rng.integers(4))
+            _draw(rng, made, (x, y), *(np.rot90(one, turns) for one in drawn))
 
 
 def _draw(
@@ -165,6 +213,8 @@ def _draw(
     share *= np.float32(1.0 if rng.random() < 0.7 else rng.uniform(0.25, 1.0))  # under water
     left, top = max(x, 0), max(y, 0)
     right, bottom = min(x + side, width), min(y + side, height)
+    if right <= left or bottom <= top:
+        return
     inner = slice(top - y, bottom - y), slice(left - x, right - x)
     here = made[top:bottom, left:right]
     here += share[inner][..., None] * (colours[inner] - here)
@@ -197,18 +247,25 @@ def _cover(rng: np.random.Generator, made: F32, robots: NDArray[np.float64]) -> 
     made += share.astype(np.float32)[..., None] * (colours - made)
 
 
-def write_cluttered(
-    folder: Path, output: Path, mean: float, seed: int, split: str, people: float = 0.0
-) -> int:
+def pictures(image: Image, robots: NDArray[np.float64]) -> list[Image]:
+    """Return an image's robots, cut out along their boxes (n, 4); not those cut by its edge."""
+    height, width = image.shape[:2]
+    found = []
+    for left, top, right, bottom in np.round(robots).astype(int):
+        if left >= 0 and top >= 0 and right < width and bottom < height:
+            found.append(image[top : bottom + 1, left : right + 1])
+    return found
+
+
+def write_cluttered(folder: Path, output: Path, numbers: Numbers, seed: int, split: str) -> int:
     """Write a data set's images again, with things in them; labels stay.
 
     Args:
         folder: in YOLO's layout; its meta.csv is copied, too.
         output: must not exist; it is created when everything is written.
-        mean: number of things in an image.
+        numbers: of each kind in an image, in the mean.
         seed: same seed, same bytes.
         split: which images.
-        people: number of people in the water in an image, besides.
 
     Returns:
         Number of images.
@@ -220,16 +277,18 @@ def write_cluttered(
     """
     if output.exists():
         raise OutputError(f"{output} exists already; give a new folder.")
-    for name, value in (("--things", mean), ("--people", people)):
+    for name, value in asdict(numbers).items():
         if not value >= 0.0:
-            raise ConfigError(f"{name} must be 0 or more, got {value:g}.")
-    count = 0
+            raise ConfigError(f"--{name} must be 0 or more, got {value:g}.")
+    count, paints = 0, list[Image]()
     with partial(output) as place:
         (place / "images" / split).mkdir(parents=True)
         (place / "labels").mkdir()
         for labelled in read_labels(folder, split):
             rng = np.random.default_rng([seed, count])
-            image = add_things(rng, labelled.read(), labelled.truth.corners, mean, people)
+            before, robots = labelled.read(), labelled.truth.corners
+            image = add_things(rng, before, robots, numbers, paints)
+            paints = [*paints, *pictures(before, robots)][-_PAINTS:]
             path = place / "images" / split / labelled.name
             write_jpeg(path.with_suffix(".jpg"), image, int(rng.integers(*_QUALITIES)))
             count += 1
@@ -245,15 +304,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="clutter", description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="labelled images in YOLO's layout")
     parser.add_argument("-o", "--output", type=Path, required=True, help="new folder")
-    parser.add_argument("--things", type=float, default=8.0, help="mean number in an image")
+    parser.add_argument("--things", type=float, default=8.0, help="mean number of things")
     parser.add_argument("--people", type=float, default=0.0, help="mean number of people")
+    parser.add_argument("--figures", type=float, default=0.0, help="mean number of figures")
     parser.add_argument("--split", default="train")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args(arguments)
     try:
-        count = write_cluttered(
-            given.folder, given.output, given.things, given.seed, given.split, given.people
-        )
+        numbers = Numbers(given.things, given.people, given.figures)
+        count = write_cluttered(given.folder, given.output, numbers, given.seed, given.split)
     except AerialGnssError as error:
         sys.stderr.write(f"clutter: {error}\n")
         return 2

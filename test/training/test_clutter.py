@@ -8,8 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.training.clutter import add_things, main, shape, texture
+from aerial_gnss_ros.training import clutter
+from aerial_gnss_ros.training.clutter import Numbers, add_things, main, shape, texture
 
+NONE = Numbers(0.0)
 WATER = np.full((160, 200, 3), (90, 100, 80), np.uint8)
 
 
@@ -40,25 +42,43 @@ def test_robots_stay_as_they_are_and_other_water_does_not():
     kept = slice(50, 81), slice(60, 101)
     changed = np.zeros(WATER.shape[:2])
     for seed in range(40):
-        made = add_things(np.random.default_rng(seed), WATER, robots)
+        made = add_things(np.random.default_rng(seed), WATER, robots, Numbers())
         # A thing of any size keeps a third of its side away.
         np.testing.assert_array_equal(made[kept], WATER[kept])
         changed += np.abs(made.astype(int) - WATER).max(axis=-1) > 20
     assert (changed[:, 150:] > 0).mean() > 0.9
     assert changed[:, 150:].mean() > 2.0
-    again = add_things(np.random.default_rng(39), WATER, robots)
+    again = add_things(np.random.default_rng(39), WATER, robots, Numbers())
     np.testing.assert_array_equal(again, made)
 
 
-def test_people_come_besides_the_things_and_keep_off_robots_too():
+@pytest.mark.parametrize("numbers", [Numbers(0.0, people=6.0), Numbers(0.0, figures=6.0)])
+def test_people_and_figures_come_besides_the_things_and_keep_off_robots_too(numbers):
     robots = np.array([[60.0, 50.0, 100.0, 80.0]])
     changed = 0
     for seed in range(20):
-        assert np.array_equal(add_things(np.random.default_rng(seed), WATER, robots, 0.0), WATER)
-        made = add_things(np.random.default_rng(seed), WATER, robots, 0.0, people=6.0)
+        assert np.array_equal(add_things(np.random.default_rng(seed), WATER, robots, NONE), WATER)
+        made = add_things(np.random.default_rng(seed), WATER, robots, numbers)
         np.testing.assert_array_equal(made[50:81, 60:101], WATER[50:81, 60:101])
         changed += int((made != WATER).any())
     assert changed > 10
+
+
+def test_half_of_the_figures_have_some_alike_beside_them(monkeypatch):
+    disc = np.zeros((11, 11), np.float32)
+    cv2.circle(disc, (5, 5), 3, 1.0, -1)
+    monkeypatch.setattr(
+        clutter, "figure", lambda *_: (disc, np.full((11, 11, 3), 250.0, np.float32))
+    )
+    counts = []
+    for seed in range(400):
+        rng = np.random.default_rng(seed)
+        made = add_things(rng, WATER, np.zeros((0, 4)), Numbers(0.0, figures=0.2))
+        changed = (np.abs(made.astype(int) - WATER).max(axis=-1) > 25).astype(np.uint8)
+        counts.append(cv2.connectedComponents(changed)[0] - 1)
+    drawn = [count for count in counts if count]
+    assert 40 < len(drawn) < 90  # of 73 with one or more
+    assert 0.3 < np.mean(np.array(drawn) > 1) < 0.7
 
 
 def test_the_command_keeps_labels(tmp_path, capsys):
