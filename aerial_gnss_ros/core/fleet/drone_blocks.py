@@ -121,23 +121,32 @@ class DroneBlocks:
     def doubt_platforms(self, stationary: list[Array]) -> None:
         """Take back what manoeuvres taught of all drones' errors; see `JointState.doubt_platform`.
 
+        All at once, by their joint prior: drone by drone, what one was taught would come back to it
+        by the others, and an error could become less certain than it is before any image.
+
         Args:
             stationary: (7, 7) prior covariance of each drone's errors.
         """
-        joint, active, view = self.joint, self.active, self.joint.view
+        joint = self.joint
         factor = joint.manoeuvre_noise.take_underestimated()
         if factor <= 1.0:
             return
-        for drone, platform in enumerate(stationary):
-            self.activate(drone)
-            each = inverse_of_errors(joint.covariance[:COUNT, :COUNT])
-            through, beside = joint.covariance[:, :COUNT] @ each, self._cross[:COUNT].T @ each
-            moved, wider = joint.doubt_platform(factor, platform)
-            self._mean = self._mean + beside @ moved
-            self._cross = self._cross + through @ wider @ beside.T
-            self._own = self._own + beside @ wider @ beside.T
-        self.activate(active)
-        joint.view = view  # the image's, whose derivatives are taken
+        if not self._others:
+            joint.doubt_platform(factor, stationary[self.active])
+            return
+        prior = joint_prior([stationary[k] for k in (self.active, *self._others)], self._share)
+        errors, mean = self._errors(), np.concatenate([joint.mean[:COUNT], self._mean])
+        moved, wider = discounted(mean, errors, prior, factor)
+        with_errors = np.concatenate([joint.covariance[COUNT:, :COUNT], self._cross[COUNT:]], 1)
+        through = np.concatenate(
+            [np.eye(COUNT, len(mean)), with_errors @ inverse_of_errors(errors)]
+        )
+        by_errors = through @ wider
+        joint.mean = joint.mean + through @ moved
+        joint.covariance = joint.covariance + by_errors @ through.T
+        self._mean = self._mean + moved[COUNT:]
+        self._cross = self._cross + by_errors[:, COUNT:]
+        self._own = self._own + wider[COUNT:, COUNT:]
 
     def linearise_at(self, drone: int, positions: Array) -> None:
         """Make a drone active and set the estimate, for derivatives at the truth of its image.
@@ -221,6 +230,35 @@ class DroneBlocks:
         order = [stationary[drone] for drone in (self.active, *self._others)]
         whole = joint_prior(order, self._share)
         return whole[:COUNT, :COUNT], whole[:COUNT, COUNT:], whole[COUNT:, COUNT:]
+
+
+def discounted(mean: Array, covariance: Array, prior: Array, factor: float) -> tuple[Array, Array]:
+    """Return by what errors change if all that was measured of them counts less.
+
+    Of the information what is not the prior's is divided by the factor (see `JointState.discount`):
+    P' = (P⁻¹ / f + (1 - 1 / f) P0⁻¹)⁻¹, written without an inverse of what may be singular.
+
+    Args:
+        mean: (d,) of the errors.
+        covariance: (d, d) P.
+        prior: (d, d) P0; the mean before any data is 0.
+        factor: f, above 1.
+
+    Returns:
+        (d,) change of the mean, and (d, d) of the covariance.
+    """
+    scale = np.sqrt(prior.diagonal())
+    known = np.flatnonzero(scale)
+    each, scales = np.ix_(known, known), np.outer(scale[known], scale[known])
+    P, P0 = covariance[each] / scales, prior[each] / scales
+    # Receivers that have all in common have a singular prior: hence the small variance.
+    spread = P + P0 / (factor - 1.0) + 1e-9 * np.eye(len(known))
+    less = np.linalg.solve(spread, P)
+    moved, wider = np.zeros_like(mean), np.zeros_like(covariance)
+    moved[known] = -scale[known] * (less.T @ (mean[known] / scale[known]))
+    found = (factor - 1.0) * P - factor * P @ less
+    wider[each] = 0.5 * (found + found.T) * scales
+    return moved, wider
 
 
 def _symmetric(first: Array, between: Array, second: Array) -> Array:

@@ -181,6 +181,9 @@ def log_ratio(
     J = (inverse - inverse @ P @ inverse)[np.ix_(places, places)]
     values, vectors = np.linalg.eigh(J)
     J = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    score = vectors @ (
+        vectors.T @ score * (values > 0.0)
+    )  # what nothing was measured of says nothing
     variances = np.diag(more / np.square(scale[places]))
     M = np.eye(len(places)) + variances @ J
     sign, log_determinant = np.linalg.slogdet(M)

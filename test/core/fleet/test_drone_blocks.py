@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.fleet.drone_blocks import DroneBlocks
+from aerial_gnss_ros.core.fleet.drone_blocks import DroneBlocks, discounted
 
 STATIONARY = [np.diag([v, v, 1.0, 0.1, 0.1, 0.1, 0.04]) for v in (1.44, 4e-4, 1.44)]
 
@@ -69,3 +69,16 @@ def test_a_tie_is_an_update_by_two_robots_at_one_place():
     found = state.ordered()
     np.testing.assert_allclose(found[0], mean - gain @ offset, atol=1e-12)
     np.testing.assert_allclose(found[1], P - gain @ H @ P, atol=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_what_counts_less_is_as_if_its_noise_had_been_larger(share):
+    prior = DroneBlocks(STATIONARY, share).prior(STATIONARY)
+    H = np.random.default_rng(4).normal(size=(9, 21))
+    gain = prior @ H.T @ np.linalg.inv(H @ prior @ H.T + 0.3 * np.eye(9))
+    mean, P = gain @ np.ones(9), prior - gain @ H @ prior
+    moved, wider = discounted(mean, P, prior, 4.0)
+    # As if the noise of these measurements had had four times the variance.
+    other = prior @ H.T @ np.linalg.inv(H @ prior @ H.T + 1.2 * np.eye(9))
+    np.testing.assert_allclose(mean + moved, other @ np.ones(9), atol=1e-6)
+    np.testing.assert_allclose(P + wider, prior - other @ H @ prior, atol=1e-6)

@@ -199,14 +199,23 @@ def test_robots_begin_after_manoeuvres_put_all_drones_errors_in_doubt(monkeypatc
         state.settle()
     view = sight(1, 1.0)
     state.look(1, view)
-    known = state.ordered()[1].diagonal()[:21]
+    before = state.ordered()[1]
+    known, first = before.diagonal()[:21], state.prior(STATIONARY).diagonal()
     with monkeypatch.context() as m:
         m.setattr(state.joint.manoeuvre_noise, "take_underestimated", lambda: 4.0)
         state.doubt_platforms(STATIONARY)
     mean, P = state.ordered()
-    assert (P.diagonal()[[2, 9, 16]] > 1.2 * known[[2, 9, 16]]).all()  # heights
+    assert (P.diagonal()[[2, 16]] > 1.2 * known[[2, 16]]).all()  # heights
+    assert (P.diagonal()[:21] <= 1.001 * first).all()  # no less certain than before any image
+    np.testing.assert_allclose(given_errors(P), given_errors(before), atol=1e-5)
     state.begin(np.array([3]), np.array([[600.0, 400.0]]), view, MODELS[1], 0.75)
     after, Q = state.ordered()
     np.testing.assert_array_equal(after[: len(mean)], mean)  # what is known of others stays
     np.testing.assert_array_equal(Q[: len(P), : len(P)], P)
     assert np.linalg.eigvalsh(Q).min() > -1e-12
+
+
+def given_errors(P):
+    """Return robots' covariance if all drones' errors were known."""
+    known = P[:21, :21] + 1e-12 * np.eye(21)
+    return P[21:, 21:] - P[21:, :21] @ np.linalg.solve(known, P[:21, 21:])
