@@ -10,8 +10,8 @@ covariance K (cross-covariances included), the cost of the assignment is
     d' K⁻¹ d + log det K,
 
 minus twice its log likelihood (joint compatibility: Neira and Tardós 2001). Each pair in turn is
-taken for right, and suggests the likeliest assignment of the others given its offset; the
-cheapest of these is chosen.
+taken for right, unless an earlier one has suggested it, and suggests the likeliest assignment of
+the others given its offset; the cheapest of these is chosen.
 """
 
 from __future__ import annotations
@@ -65,8 +65,10 @@ def jointly_likeliest(
     for row, one in zip(rows, wide.tolist(), strict=True):
         missing[row] = max(missing.get(row, -math.inf), threshold + one)
     best = likeliest(rows, columns, squared.tolist(), wide.tolist(), threshold)
-    least, seen = _cost(best, rows, offsets, covariance, missing), {tuple(best)}
+    least, suggested = _cost(best, rows, offsets, covariance, missing), set[int]()
     for right in np.argsort(squared, kind="stable")[: TUNING.suggesting_pairs].tolist():
+        if right in suggested:  # it would suggest the same
+            continue
         gain = np.linalg.solve(spread[right], blocks[right].reshape(2, 2 * k)).T.reshape(k, 2, 2)
         left = offsets - gain @ offsets[right]
         rest = spread - gain @ blocks[right].transpose(1, 0, 2)
@@ -81,9 +83,7 @@ def jointly_likeliest(
             threshold,
         )
         found = sorted([right, *(open_[inside[i]] for i in chosen)])
-        if tuple(found) in seen:
-            continue
-        seen.add(tuple(found))
+        suggested.update(found)
         cost = _cost(found, rows, offsets, covariance, missing)
         if cost < least:
             best, least = found, cost
