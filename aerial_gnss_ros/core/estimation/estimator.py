@@ -288,7 +288,9 @@ class Estimator:
             time is free before a waiting image.
         """
         time_ns = self._images.time_before(stamp_ns + self._time.shift_ns)
-        return None if time_ns is None else self._time.stamped(self._pipeline.predicted(time_ns))
+        if time_ns is None:
+            return None
+        return self._time.stamped(self._mixed(self._pipeline.predicted(time_ns)))
 
     def overview(self, result: FrameResult) -> Overview:
         """Return a recent result with its surroundings, for people; the state is not changed."""
@@ -350,10 +352,9 @@ class Estimator:
         if self._behind:
             self._catch_up()
         result = self._guard.result(frame, samples)
-        if self._doubt is not None:
-            result = self._doubt.covered(result)
+        published = self._mixed(result)
         self._images.pop()  # by now: an exception that ends the program leaves it in the queue
-        stamped = self._time.stamped(result) if self._time.begins else result
+        stamped = self._time.stamped(published) if self._time.begins else published
         self._estimates = stamped.estimates
         self._platform = result.platform or self._platform
         self.boxes += result.boxes
@@ -364,7 +365,7 @@ class Estimator:
         if self._keeps_files:
             self._keep_names(result)
         if self._doubt is not None and self._doubt.active:
-            self._weigh_latency(self._doubt, frame, result)
+            self._weigh_latency(self._doubt, frame)
         if self._found_again.names and self._found_again.failed(result):
             self._log.add(
                 "Robots are not detected where they were before time was reset: it is another "
@@ -373,9 +374,11 @@ class Estimator:
             self._forget_robots()
         return True
 
-    def _weigh_latency(
-        self, doubt: LatencyDoubt, frame: DetectionFrame, result: FrameResult
-    ) -> None:
+    def _mixed(self, result: FrameResult) -> FrameResult:
+        """Return a result with what another latency would make of it."""
+        return result if self._doubt is None else self._doubt.mixed(result, self._origin.local)
+
+    def _weigh_latency(self, doubt: LatencyDoubt, frame: DetectionFrame) -> None:
         """Estimate the latency from now on if it seems to be another one."""
         local, seen = self._origin.local, self._pipeline.measured
         measured = None
@@ -384,7 +387,7 @@ class Estimator:
             if frame.stamp_ns >= doubt.due_ns and attempt(doubt.update, *seen, local) is not None:
                 doubt.close()
                 return
-        found = attempt(doubt.try_another, frame, result, measured, self._origin, self._identity)
+        found = attempt(doubt.try_another, frame, measured, self._origin, self._identity)
         if isinstance(found, Exception):
             doubt.close()
         elif found is not None:

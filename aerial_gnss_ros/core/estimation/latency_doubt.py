@@ -5,9 +5,9 @@
 Nearly all flights have the configured latency (images and telemetry of one clock); of the others,
 any latency within 3 s is as likely as another. `LatencyEvidence` says what images tell of each.
 
-As another latency becomes likelier, it is tried (`LatencyTrial`), beside the configured one, whose
-positions are published with covariances that contain those of the trial. So a doubt costs time of
-the processor, and nothing else, until it is decided.
+As another latency becomes likelier, it is tried (`LatencyTrial`), beside the configured one, and
+the moments of the mixture of both are published. Both trackers go on whatever is published, so a
+doubt that turns out wrong leaves nothing behind.
 
 Telemetry that was written down with images has their stamps, and is late by up to the time between
 two of them: its latency is known no better than that, so it is estimated at once.
@@ -58,7 +58,7 @@ class LatencyDoubtTuning:
     """Log odds below which a trial ends. Judged."""
     doubted_nats: float = 3.0
     """Log odds of another latency from which it is taken for right: 20 to 1, as everywhere. Until
-    then published covariances contain what it would make of positions."""
+    then the mixture of both is published."""
     fewer_robots: float = 0.5
     """Mean number of robots that a trial may measure less than the configured latency, whose tracks
     are older, and be taken for right. Judged."""
@@ -191,7 +191,6 @@ class LatencyDoubt:
     def try_another(
         self,
         frame: DetectionFrame,
-        result: FrameResult,
         measured: dict[str, int] | None,
         origin: MapOrigin,
         labels: Labels,
@@ -203,12 +202,11 @@ class LatencyDoubt:
 
         Args:
             frame: the image's boxes.
-            result: of it, published.
             measured: index of the box of each labelled robot; None: the image had no pose.
             origin: of `map`.
             labels: of the published robots.
         """
-        image = SeenImage(frame, result.estimates, measured)
+        image = SeenImage(frame, measured)
         self._recent.add(image)
         if self.trial is not None:
             self.trial.add(image)
@@ -288,11 +286,11 @@ class LatencyDoubt:
         search.conclude()
         return search
 
-    def covered(self, result: FrameResult) -> FrameResult:
-        """Return a result with covariances that contain what another latency would make of it."""
-        if self.trial is None or self.doubted:
+    def mixed(self, result: FrameResult, local: LocalMap | None) -> FrameResult:
+        """Return a result as moments of the mixture of both hypotheses while it is undecided."""
+        if self.trial is None or self.doubted or local is None:
             return result
-        return self.trial.covered(result, 1.0 / (1.0 + math.exp(-self._nats)))
+        return self.trial.mixed(result, 1.0 / (1.0 + math.exp(-self._nats)), local)
 
     def _moved(self, stamp_ns: int, pose: MapPose) -> float:
         """Return the time since the last image, s; 0 if the camera has hardly moved or turned."""

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The images a second time, with a latency that is not known: what if it is another one?
 
-While the odds are open, the configured latency's tracks go on and are published, and these run
-beside them on the same images. A doubt that turns out wrong is dropped, and nothing has changed;
-one that turns out right is published from the next image on. Robots keep their labels: the same box
-shows the same robot to both. A trial begins with images of the last seconds, which the published
-tracks took in with the configured latency; it takes some of them in with each new image, and is
-published only when none is left.
+While the odds are open, the configured latency's tracks go on, and these run beside them on the
+same images; the mixture of both is published. A doubt that turns out wrong is dropped, and nothing
+has changed; one that turns out right is published alone from the next image on. Robots keep their
+labels: the same box shows the same robot to both. A trial begins with images of the last seconds,
+which the published tracks took in with the configured latency; it takes some of them in with each
+new image, and is published only when none is left.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ import numpy as np
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
-from aerial_gnss_ros.core.estimation.recent_images import TUNING as RECENT_IMAGES
 from aerial_gnss_ros.core.estimation.recent_images import SeenImage
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.labels import Box, Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
@@ -43,9 +43,6 @@ class LatencyTrialTuning:
     """Weight of an image in the balance of measured robots, of the next one's. Judged."""
     most_waiting: int = 1000
     """Greatest number of images that wait for telemetry. Judged."""
-    kept_ns: int = RECENT_IMAGES.kept_ns
-    """How long published positions are compared with those of this trial, ns: as long as images are
-    kept that it begins with."""
     catch_up_hz: float = 40.0
     """Images that are taken in for each second of flight, besides the new ones, until none wait.
     Judged: a slow computer takes 5 ms for each."""
@@ -96,8 +93,7 @@ class LatencyTrial:
         self.waiting: deque[SeenImage] = deque()
         self.balance = 0.0
         self.behind = False
-        self._published: dict[str, deque[RobotEstimate]] = {}
-        self._apart: dict[str, RobotEstimate] = {}
+        self._robots: dict[str, RobotEstimate] = {}
         self._shared: Counter[tuple[str, str]] = Counter()
         self._refused: set[Box] = set()
         self.pending: set[Box] = set()
@@ -118,18 +114,13 @@ class LatencyTrial:
         self.behind = bool(self.waiting)
 
     def _note(self, image: SeenImage) -> None:
-        """Let an image wait, and keep what was published of it."""
+        """Let an image wait."""
         frame = image.frame
         self._newest_ns = frame.stamp_ns
         boxes = frame.centers.tolist()
         self.identity.tell(
             {(frame.stamp_ns, *boxes[i]): name for name, i in (image.measured or {}).items()}
         )
-        for one in image.estimates:
-            kept = self._published.setdefault(one.robot_id, deque())
-            kept.append(one)
-            while frame.stamp_ns - kept[0].stamp_ns > TUNING.kept_ns:
-                kept.popleft()
         self.waiting.append(image)
 
     def settled(self, boxes: Settled) -> Settled:
@@ -157,34 +148,23 @@ class LatencyTrial:
         if names:
             self._tracker.rename(names)
 
-    def covered(self, result: FrameResult, probability: float) -> FrameResult:
-        """Return a published result whose covariances contain this trial's positions.
+    def mixed(self, result: FrameResult, probability: float, local: LocalMap) -> FrameResult:
+        """Return a published result as moments of the mixture with this trial's robots.
 
-        They are the second moments of the mixture of both about the published mean.
+        While images wait, its robots are predicted over seconds: the mean stays then.
 
         Args:
             result: by the configured latency.
             probability: of another latency.
+            local: the frame `map`.
         """
-        estimates = []
-        for one in result.estimates:
-            other = self._apart.get(one.robot_id)
-            then = None if other is None else self._then(other)
-            if other is None or then is None:
-                estimates.append(one)
-                continue
-            off = np.concatenate([other.position - then.position, other.velocity - then.velocity])
-            spread = other.covariance + np.outer(off, off)
-            mixed = (1.0 - probability) * one.covariance + probability * spread
-            estimates.append(replace(one, covariance=mixed))
+        moved = 0.0 if self.behind else probability
+        others = [self._robots.get(one.robot_id) for one in result.estimates]
+        estimates = [
+            one if other is None else _mixture(one, other, probability, moved, local)
+            for one, other in zip(result.estimates, others, strict=True)
+        ]
         return replace(result, estimates=tuple(estimates))
-
-    def _then(self, other: RobotEstimate) -> RobotEstimate | None:
-        """Return what was published of a robot at the time of this trial's estimate."""
-        same = (
-            one for one in self._published.get(other.robot_id, ()) if one.stamp_ns == other.stamp_ns
-        )
-        return next(same, None)
 
     def _take(self, image: SeenImage) -> bool:
         """Process an image; return False while telemetry of its scene may still come."""
@@ -196,7 +176,7 @@ class LatencyTrial:
             return False
         result = self.pipeline.result(frame, samples)
         self.pipeline.tracking.check()
-        self._apart = {one.robot_id: one for one in result.estimates}
+        self._robots = {one.robot_id: one for one in result.estimates}
         self._refused.update(map(_box, (*result.rejections, *result.late)))
         seen = self.pipeline.measured
         if seen is not None and seen[0].detections.stamp_ns == frame.stamp_ns:
@@ -207,6 +187,36 @@ class LatencyTrial:
             more = len(seen[1]) - known
             self.balance = TUNING.memory * self.balance + (1.0 - TUNING.memory) * more
         return True
+
+
+def _mixture(
+    one: RobotEstimate, late: RobotEstimate, probability: float, moved: float, local: LocalMap
+) -> RobotEstimate:
+    """Return an estimate with second moments of two hypotheses about a mean between both.
+
+    Args:
+        one: by the first hypothesis.
+        late: by the second one, of an earlier time: the robot goes on as it is.
+        probability: of the second hypothesis.
+        moved: share of the way from the first one's mean to the second one's.
+        local: the frame `map`.
+    """
+    step = np.eye(4)
+    step[:2, 2:] = (one.stamp_ns - late.stamp_ns) * 1e-9 * np.eye(2)
+    first = np.concatenate([one.position, one.velocity])
+    off = step @ np.concatenate([late.position, late.velocity]) - first
+    mean = first + moved * off
+    latitude, longitude = local.places(mean[None, :2])
+    spread = (1.0 - probability) * moved**2 + probability * (1.0 - moved) ** 2
+    own, other = one.covariance, step @ late.covariance @ step.T
+    return replace(
+        one,
+        latitude=float(latitude[0]),
+        longitude=float(longitude[0]),
+        position=mean[:2],
+        velocity=mean[2:],
+        covariance=(1.0 - probability) * own + probability * other + spread * np.outer(off, off),
+    )
 
 
 def _box(refused: Rejection) -> Box:

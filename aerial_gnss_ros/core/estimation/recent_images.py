@@ -8,7 +8,6 @@ from collections import deque
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.values.estimates import RobotEstimate
 
 
 @dataclass(frozen=True)
@@ -32,12 +31,10 @@ class SeenImage:
 
     Attributes:
         frame: its boxes.
-        estimates: what was published of it.
         measured: index of the box of each labelled robot; None: it had no pose.
     """
 
     frame: DetectionFrame
-    estimates: tuple[RobotEstimate, ...]
     measured: dict[str, int] | None
 
 

@@ -15,12 +15,13 @@ from aerial_gnss_ros.core.estimation import latency_trial
 from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial, learn
 from aerial_gnss_ros.core.estimation.recent_images import SeenImage
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.tracker.box_account import Settled
-from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import FrameResult, MapDatum, RobotEstimate, State
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Input, Reason, Rejection
 
@@ -39,8 +40,8 @@ def result(stamp_ns, *estimates, refused=()):
     return FrameResult(stamp_ns, "camera", estimates, refused, None)
 
 
-def seen(frame, published, measured):
-    return SeenImage(frame, published.estimates, measured)
+def seen(frame, measured):
+    return SeenImage(frame, measured)
 
 
 def trial_of(sea, images=()):
@@ -71,25 +72,44 @@ def trial(sea):
     return trial_of(sea)
 
 
-def test_published_covariances_contain_the_other_position(sea, trial):
+LOCAL = LocalMap(MapDatum(0.2, -1.0, 0.0))
+
+
+def shown(sea, trial, late, waits=False):
+    """Return what is published of a robot at 10 m, 1 m², with 0.25 for the trial's estimate."""
     now = sea.stamp(1.0)
-    published = result(now, estimate(now, 10.0, 1.0), estimate(now, 30.0, 1.0, "aqua_2"))
-    trial.gives = [result(now, estimate(now, 14.0, 3.0))]
-    trial.add(seen(sea.boxes(1.0, [[640.0, 360.0]]), published, {"aqua_1": 0}))
-    covered = trial.covered(published, 0.25)
-    one, other = covered.estimates
-    assert one.position[0] == 10.0  # the configured latency's positions stay
-    assert one.covariance[0, 0] == pytest.approx(0.75 * 1.0 + 0.25 * (3.0 + 4.0**2))
+    trial.gives = [result(late.stamp_ns, late)]
+    trial.add(seen(sea.boxes(1.0, [[640.0, 360.0]]), {"aqua_1": 0}))
+    trial.behind = waits
+    one = estimate(now, 10.0, 1.0)
+    return trial.mixed(result(now, one, estimate(now, 30.0, 1.0, "aqua_2")), 0.25, LOCAL).estimates
+
+
+@pytest.mark.parametrize(
+    ("waits", "east", "variance"),
+    [(False, 11.0, 0.75 * 1.0 + 0.25 * 3.0 + 0.75 * 0.25 * 4.0**2),
+     (True, 10.0, 0.75 * 1.0 + 0.25 * (3.0 + 4.0**2))],
+)  # fmt: skip
+def test_moments_of_the_mixture_are_published(sea, trial, waits, east, variance):
+    one, other = shown(sea, trial, estimate(sea.stamp(1.0), 14.0, 3.0), waits)
+    assert one.position.tolist() == [east, 5.0]
+    assert one.covariance[0, 0] == pytest.approx(variance)
     assert one.covariance[1, 1] == pytest.approx(0.75 * 1.0 + 0.25 * 3.0)
+    place = LOCAL.places(one.position[None])
+    assert (one.latitude, one.longitude) == (place[0][0], place[1][0])
     np.testing.assert_array_equal(other.covariance, np.eye(4))  # unknown to the trial
+    assert other.position[0] == 30.0
 
 
-def test_positions_of_different_times_are_not_compared(sea, trial):
-    then, now = sea.stamp(1.0), sea.stamp(2.0)
-    trial.gives = [result(then, estimate(then, 14.0, 3.0))]
-    trial.add(seen(sea.boxes(2.0, []), result(now, estimate(now, 10.0, 1.0)), None))
-    published = result(now, estimate(now, 10.0, 1.0))
-    assert trial.covered(published, 0.25).estimates[0].covariance[0, 0] == 1.0
+def test_a_trial_of_earlier_images_goes_on_as_it_is(sea, trial):
+    """Two seconds at 2 m/s; the velocity's variance of 3 makes 4 times 3 more."""
+    late = replace(estimate(sea.stamp(-1.0), 10.0, 3.0), velocity=np.array([2.0, 0.0]))
+    one, _ = shown(sea, trial, late)
+    assert one.position[0] == pytest.approx(10.0 + 0.25 * 4.0)
+    assert one.velocity[0] == pytest.approx(0.25 * 2.0)
+    spread = 0.75 * 1.0 + 0.25 * (3.0 + 4.0 * 3.0) + 0.75 * 0.25 * 4.0**2
+    assert one.covariance[0, 0] == pytest.approx(spread)
+    assert one.covariance[0, 2] == pytest.approx(0.25 * 2.0 * 3.0 + 0.75 * 0.25 * 4.0 * 2.0)
 
 
 def test_a_pending_box_is_refused_if_the_trial_refuses_it_too(sea, trial):
@@ -97,7 +117,7 @@ def test_a_pending_box_is_refused_if_the_trial_refuses_it_too(sea, trial):
     trial.pipeline.tracking.keep_pending = lambda boxes: boxes & {(now, 3.0, 5.0), (now, 4.0, 5.0)}
     boxes = [Rejection(now, Reason.UNCONFIRMED, u, 5.0) for u in (1.0, 2.0, 3.0)]
     trial.gives = [result(now, refused=(Rejection(now, Reason.GATED, 2.0, 5.0),))]
-    trial.add(seen(sea.boxes(1.0, []), result(now), {}))
+    trial.add(seen(sea.boxes(1.0, []), {}))
     assert trial.settled(Settled(4, tuple(boxes))) == Settled(5, (boxes[1],))
     assert trial.pending == {(now, 3.0, 5.0)}
 
@@ -115,7 +135,7 @@ def test_robots_are_called_as_their_boxes_were_published(sea, trial):
         trial.pipeline.measured = scene, {"aqua_3": 1, "aqua_4": 0}
         trial.gives = [result(frame.stamp_ns)]
         published = {"aqua_1": 0, "aqua_2": 1, "aqua_4": 2}  # the last one has no track here
-        trial.add(seen(frame, result(frame.stamp_ns), published))
+        trial.add(seen(frame, published))
     trial.adopt_labels()
     assert renamed == [{"aqua_3": "aqua_2", "aqua_4": "aqua_1"}]
 
@@ -133,7 +153,7 @@ def test_the_better_known_latency_is_gone_on_with(trial):
 def test_images_so_far_are_taken_in_some_with_each_new_one(sea, monkeypatch):
     tuning = replace(latency_trial.TUNING, catch_up_hz=15.0)
     monkeypatch.setattr(latency_trial, "TUNING", tuning)
-    old = [seen(sea.boxes(0.2 * k, []), result(sea.stamp(0.2 * k)), None) for k in range(8)]
+    old = [seen(sea.boxes(0.2 * k, []), None) for k in range(8)]
     trial, taken = trial_of(sea, old), []
     trial.pipeline.result = lambda frame, _samples: (
         taken.append(frame.stamp_ns) or result(frame.stamp_ns)
@@ -141,7 +161,7 @@ def test_images_so_far_are_taken_in_some_with_each_new_one(sea, monkeypatch):
     assert trial.behind
     counts = []
     for t in (1.5, 1.6, 1.7, 1.8, 1.9):
-        trial.add(seen(sea.boxes(t, []), result(sea.stamp(t)), None))
+        trial.add(seen(sea.boxes(t, []), None))
         counts.append((len(taken), trial.behind))
     # Two for each 0.1 s of flight, and one for each new image.
     assert counts == [(3, True), (6, True), (9, True), (12, False), (13, False)]
@@ -149,11 +169,11 @@ def test_images_so_far_are_taken_in_some_with_each_new_one(sea, monkeypatch):
 
 
 def test_images_without_telemetry_so_far_are_not_waited_for(sea):
-    old = [seen(sea.boxes(0.2 * k, []), result(sea.stamp(0.2 * k)), None) for k in range(3)]
+    old = [seen(sea.boxes(0.2 * k, []), None) for k in range(3)]
     trial = trial_of(sea, old)
     trial.gives = [result(sea.stamp(0.0))]
     missing = MissingTelemetry(Reason.no(Input.FIX), True)
     trial._inputs = SimpleNamespace(at=lambda ns: missing if ns > sea.stamp(0.1) else None)
-    trial.add(seen(sea.boxes(0.6, []), result(sea.stamp(0.6)), None))
+    trial.add(seen(sea.boxes(0.6, []), None))
     assert len(trial.waiting) == 3
     assert not trial.behind

@@ -15,7 +15,7 @@ from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImag
 def test_five_images_a_second_of_the_last_seconds_are_kept(sea, rate_hz, apart_s):
     recent = RecentImages()
     for k in range(int(20.0 * rate_hz)):
-        recent.add(SeenImage(sea.boxes(k / rate_hz, []), (), None))
+        recent.add(SeenImage(sea.boxes(k / rate_hz, []), None))
     stamps = [one.frame.stamp_ns for one in recent.images]
     newest_ns = sea.stamp((20.0 * rate_hz - 1.0) / rate_hz)
     assert stamps[0] == pytest.approx(newest_ns - 15e9, abs=1e9 * apart_s)
