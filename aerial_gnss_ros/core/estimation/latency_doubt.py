@@ -32,7 +32,6 @@ from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial, learn
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
 from aerial_gnss_ros.core.filter.joint_filter import TUNING as JOINT_FILTER
-from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
@@ -114,8 +113,7 @@ class LatencyDoubt:
         self._recent = RecentImages()
         self._published: Pipeline | None = None
         self._again = False
-        self.search = LatencySearch(self.unknown, inputs)
-        self.search.evidence = LatencyEvidence(self.search.corrections)
+        self.search = LatencySearch(self.unknown, inputs, weighs=True)
         self._moved_s = 0.0
         self._nats = -math.inf
         self.reset()
@@ -125,7 +123,8 @@ class LatencyDoubt:
         self.unknown = _unknown(config)
         self._drop()
         if self.open:
-            former, self.search = self.search, LatencySearch(self.unknown, self._inputs)
+            former = self.search
+            self.search = LatencySearch(self.unknown, self._inputs, weighs=True)
             self.search.follow(former)
         return self.unknown if self.doubted else config
 

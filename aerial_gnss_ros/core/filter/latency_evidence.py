@@ -17,6 +17,7 @@ are from where they should be seen again (`latency_reappearance`).
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -50,6 +51,9 @@ class LatencyEvidenceTuning:
 
 TUNING = LatencyEvidenceTuning()
 
+ALL = slice(None)
+"""All candidates."""
+
 EXPECTED = 2.0
 """Normalised squared residual of a box at the right latency."""
 
@@ -61,13 +65,15 @@ class Stretch:
     Attributes:
         times_s: of the n images, s.
         costs: n of (h,), -2 log likelihood of an image's boxes at each candidate, up to a constant;
-            infinite where there was no telemetry.
+            infinite where there was no telemetry, or it has not arrived.
+        sizes: of each image's fits, log determinant at the configured latency; None: no such fit.
         levels: ratio of noise to the stated one that each is normalised by.
         jumps_s: times at which telemetry may have jumped, ascending, s.
     """
 
     times_s: list[float] = field(default_factory=list)
     costs: list[Array] = field(default_factory=list)
+    sizes: list[list[float | None]] = field(default_factory=list)
     levels: list[float] = field(default_factory=list)
     jumps_s: list[float] = field(default_factory=list)
 
@@ -112,43 +118,74 @@ class LatencyEvidence:
     def add(
         self,
         time_s: float,
-        fits: list[tuple[Array, Array]],
+        fits: Sequence[tuple[Array, Array] | None],
         known: Mask | None = None,
         level: float = 1.0,
+        part: slice = ALL,
     ) -> None:
-        """Take in an image.
+        """Take in an image, for all candidates or some: first those with the configured latency.
 
         Args:
             time_s: its time, s.
-            fits: (h,) normalised squared residuals, and log determinants of their covariances.
-            known: (h,) whether there was telemetry at each candidate's time; None: everywhere.
+            fits: of each kind, (m,) normalised squared residuals, and log determinants of their
+                covariances; None: there is no such fit.
+            known: (m,) whether there was telemetry at each candidate's time; None: everywhere.
             level: ratio of the noise to the stated one that the residuals are normalised by.
+            part: which m of the candidates.
         """
-        if not fits:
-            return
-        cost = np.zeros(len(self._corrections))
-        for squares, size in fits:
-            cost += np.minimum(squares, TUNING.most_squares) - EXPECTED + size - size.min()
-        cost = np.minimum(cost, len(fits) * (TUNING.most_squares - EXPECTED))
+        if part.start is None or part.start <= self._zero < part.stop:
+            if all(one is None for one in fits):
+                return
+            stretch, row = self._begin(time_s, fits, level, part), -1
+        else:
+            place = self._place(time_s)
+            if place is None:
+                return
+            stretch, row = place
+        cost = np.zeros(len(self._corrections[part]))
+        for fit, size in zip(fits, stretch.sizes[row], strict=True):
+            if fit is not None and size is not None:
+                cost += np.minimum(fit[0], TUNING.most_squares) - EXPECTED + fit[1] - size
+        number = sum(one is not None for one in stretch.sizes[row])
+        cost = np.minimum(cost, number * (TUNING.most_squares - EXPECTED))
         if known is not None:
             cost[~known] = np.inf
-        stretch = self._stretches[-1]
-        stretch.times_s.append(time_s)
-        stretch.costs.append(cost)
-        stretch.levels.append(level)
-        if len(stretch.times_s) >= TUNING.most_images:
+        stretch.costs[row][part] = cost
+        if len(self._stretches[-1].times_s) >= TUNING.most_images:
             self.interrupt()
 
-    def gains(self, excess: float, alike: bool = False) -> Array:
-        """Return the log likelihood (h,) of each candidate over the configured latency.
+    def _begin(
+        self, time_s: float, fits: Sequence[tuple[Array, Array] | None], level: float, part: slice
+    ) -> Stretch:
+        """Return the last stretch with one more image, that nothing is known of."""
+        own = self._zero - (part.start or 0)
+        stretch = self._stretches[-1]
+        stretch.times_s.append(time_s)
+        stretch.costs.append(np.full(len(self._corrections), np.inf))
+        stretch.levels.append(level)
+        stretch.sizes.append([None if one is None else float(one[1][own]) for one in fits])
+        return stretch
+
+    def _place(self, time_s: float) -> tuple[Stretch, int] | None:
+        """Return the stretch and the index of an image; None: it was not compared, or is gone."""
+        for stretch in reversed(self._stretches):
+            if stretch.times_s and stretch.times_s[0] <= time_s:
+                row = bisect_left(stretch.times_s, time_s)
+                found = row < len(stretch.times_s) and stretch.times_s[row] == time_s
+                return (stretch, row) if found else None
+        return None
+
+    def gains(self, excess: float, against: int | None = None) -> Array:
+        """Return the log likelihood (h,) of each candidate over one of them.
 
         Args:
             excess: ratio of the boxes' squared residuals to the stated noise, at least 1.
-            alike: only by images that all candidates have, which makes them comparable with one
-                another, too: of two that fit better than the configured one, the one with more
-                images would gain more.
+            against: index of that one; None: the configured latency. Candidates are comparable with
+                one another by what each gains over the best: over the configured latency one with
+                more images gains more.
         """
-        each = [self._gains(by_telemetry, alike, excess) for by_telemetry in (False, True)]
+        own = self._zero if against is None else against
+        each = [self._gains(by_telemetry, own, excess) for by_telemetry in (False, True)]
         return np.minimum(*each) / (2.0 * TUNING.caution)
 
     @property
@@ -156,13 +193,13 @@ class LatencyEvidence:
         """Index of the configured latency."""
         return self._zero
 
-    def _gains(self, by_telemetry: bool, alike: bool, excess: float) -> Array:
-        """Return by how much (h,) the candidates cost less than the configured latency.
+    def _gains(self, by_telemetry: bool, base: int, excess: float) -> Array:
+        """Return by how much (h,) the candidates cost less than one of them.
 
         Args:
             by_telemetry: over the same telemetry, not the same images.
-            alike: see `gains`.
-            excess: likewise.
+            base: index of that one.
+            excess: see `gains`.
         """
         late = self._corrections
         own, other = np.zeros((2, len(late))), np.zeros((2, len(late)))
@@ -172,21 +209,17 @@ class LatencyEvidence:
             times, cost = np.array(stretch.times_s)[:, None], np.array(stretch.costs)
             weight = np.minimum(np.array(stretch.levels) / excess, 1.0)[:, None]
             cost = np.where(np.isfinite(cost), weight * cost, cost)
-            if alike:
-                complete = np.isfinite(cost).all(axis=1)
-                if not complete.any():
-                    continue
-                times, cost = times[complete], cost[complete]
             right = ~disturbed(times - late, stretch.jumps_s) & np.isfinite(cost)
             cost = np.where(right, cost, 0.0)
-            right_own = right[:, self._zero, None]
+            right_own = right[:, base, None]
             if by_telemetry:
-                first, last = times[0] - np.minimum(late, 0.0), times[-1] - np.maximum(late, 0.0)
-                in_own = right_own & _within(times, first, last)
+                first = times[0] - np.minimum(late, late[base])
+                last = times[-1] - np.maximum(late, late[base])
+                in_own = right_own & _within(times - late[base], first, last)
                 in_other = right & _within(times - late, first, last)
             else:
                 in_own = in_other = right & right_own
-            own += (in_own * cost[:, self._zero, None]).sum(axis=0), in_own.sum(axis=0)
+            own += (in_own * cost[:, base, None]).sum(axis=0), in_own.sum(axis=0)
             other += (in_other * cost).sum(axis=0), in_other.sum(axis=0)
         number = np.minimum(own[1], other[1])
         mean = [one[0] / np.maximum(one[1], 1.0) for one in (own, other)]

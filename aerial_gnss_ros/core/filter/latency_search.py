@@ -6,13 +6,13 @@ No derivative by the latency is used, so noise is not mistaken for information, 
 does no harm: each candidate uses the pose measured at its own time, whatever the drone did. A
 flight in which all latencies fit leaves them all possible.
 
-An image is compared once telemetry has arrived for all candidates; nothing is extrapolated.
+An image is compared once telemetry has arrived for all candidates of a band (`latency_band`), of
+which there are several where latencies are only weighed; nothing is extrapolated.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
-from aerial_gnss_ros.core.filter.latency_bank import BankObservation, LatencyBank, LatencyFit
+from aerial_gnss_ros.core.filter.latency_band import LatencyBand, bands
+from aerial_gnss_ros.core.filter.latency_bank import BankObservation, LatencyFit
 from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence, disturbed
-from aerial_gnss_ros.core.filter.latency_reappearance import Reappearance
 from aerial_gnss_ros.core.filter.latency_views import Mask, Views
 from aerial_gnss_ros.core.filter.pose_lattice import (
     SLOPE_NOISE,
@@ -66,10 +66,6 @@ class LatencySearchTuning:
     most_bend_rad: float = 0.05
     """The same of the orientation, rad: a gimbal that starts at 60 deg/s has less, one that jumps
     by 12 deg has more. Judged."""
-    elsewhere_squares: float = 10.0
-    """Mean normalised squared distance of boxes from those of the last image, at the latency that
-    fits best, from which the picture has jumped, and robots begin anew: 2 is right, 15 the most.
-    Judged."""
     often: float = 0.5
     """Share of the images of the candidate with most of which others have enough to tell how large
     the noise is. Judged."""
@@ -91,16 +87,19 @@ class LatencySearch:
     Args:
         config: noise, motion, latency.
         inputs: telemetry buffers.
+        weighs: whether it weighs other latencies than the configured one.
 
     Attributes:
         found: mean and sigma of the correction, s; None where it is not estimated.
         scene_ns: estimated time from an image's scene to its stamp, ns.
-        evidence: takes in what images say of other latencies than the configured one, if set.
+        evidence: what images say of other latencies than the configured one, if it weighs them.
         stamp_sigma_s: standard deviation of telemetry's stamps, s, by which no latency is known
             better.
     """
 
-    def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
+    def __init__(
+        self, config: EstimatorConfig, inputs: TelemetryBuffers, weighs: bool = False
+    ) -> None:
         stated = config.camera.latency_s
         self._stated_ns = round(stated * 1e9)
         self._inputs, self._posing = inputs, PoseBuilder(config)
@@ -109,29 +108,31 @@ class LatencySearch:
         reach = max(TUNING.reach_sigmas * self._sigma, TUNING.reach_steps * STEP_S)
         first = math.ceil(max(-TUNING.max_latency_s - stated, -reach) / STEP_S - 1e-9)
         last = math.floor(min(TUNING.max_latency_s - stated, reach) / STEP_S + 1e-9)
-        self._first, self._last = first, last
         self.corrections: Array = np.arange(first, last + 1, dtype=np.float64) * STEP_S
         self._lattice = PoseLattice(last - first + 2 * TUNING.most_waiting)
         model = PlatformModel(config.noise, config.gimbal.reference)
         motion = motion_model(config)
-        self._bank = LatencyBank(model, motion, len(self.corrections))
-        self._reappearance = Reappearance(model, motion)
-        self.evidence: LatencyEvidence | None = None
+        self._bands = [
+            LatencyBand(model, motion, low, high, slice(low - first, high - first + 1))
+            for low, high in (bands(first, last) if weighs else [(first, last)])
+        ]
+        self.evidence = LatencyEvidence(self.corrections) if weighs else None
         self.stamp_sigma_s = 0.0
-        self._known: Mask = np.zeros(len(self.corrections), np.bool_)
         self.reset()
 
     def reset(self) -> None:
         """Forget all images."""
-        self._waiting: deque[tuple[BankObservation, Array]] = deque()
         self._newest_ns: int | None = None
-        self._last_ns: int | None = None
         self._cost = np.zeros(len(self.corrections))
         self._squares = np.zeros(len(self.corrections))
         self._fits = np.zeros(len(self.corrections))
-        self._images = self._slope = 0.0
+        self._slope = np.zeros(len(self.corrections))
+        self._images = 0.0
         self._lattice.clear()
-        self._interrupt()
+        for band in self._bands:
+            band.reset()
+        if self.evidence is not None:
+            self.evidence.interrupt()
         self._conclude(self._posterior() if self._sigma > 0.0 else None)
 
     def follow(self, former: LatencySearch) -> None:
@@ -145,7 +146,8 @@ class LatencySearch:
         self._cost = np.interp(wanted, known, former._cost)
         self._squares = np.interp(wanted, known, former._squares)
         self._fits = np.interp(wanted, known, former._fits)
-        self._images, self._slope = former._images, former._slope
+        self._slope = np.interp(wanted, known, former._slope)
+        self._images = former._images
         self.evidence, self.stamp_sigma_s = former.evidence, former.stamp_sigma_s
         if self.evidence is not None and apart:
             self.evidence = LatencyEvidence(self.corrections)
@@ -155,12 +157,13 @@ class LatencySearch:
     def resume(self, former: LatencySearch) -> None:
         """Continue a search about the same latency; images that it has compared tell no more."""
         self.follow(former)
-        self._newest_ns = former._last_ns
+        self._newest_ns = former._bands[-1].last_ns
 
     def conclude(self) -> None:
         """Take over what decided for another latency, and weigh no more."""
         if self.evidence is not None:
-            self._cost = -2.0 * self.excess * self.evidence.gains(self.excess, alike=True)
+            best = int(np.argmax(self.evidence.gains(self.excess)))
+            self._cost = -2.0 * self.excess * self.evidence.gains(self.excess, best)
             self._images = max(self._images, 1.0)
         self.evidence = None
         self._conclude(self._posterior())
@@ -196,9 +199,10 @@ class LatencySearch:
         self._local, self._newest_ns = local, stamp_ns
         pixels = {name: boxes.centers[index] for name, index in measured.items()}
         observation = BankObservation(stamp_ns, frame.camera, pixels, frame.pose.fix_covariance)
-        self._waiting.append((observation, boxes.centers))
-        while self._waiting and self._compare(*self._waiting[0]):
-            self._waiting.popleft()
+        for band in self._bands:
+            band.waiting.append((observation, boxes.centers))
+            while band.waiting and self._compare(band, *band.waiting[0]):
+                band.waiting.popleft()
         return True
 
     @property
@@ -209,48 +213,41 @@ class LatencySearch:
         best = int(np.argmin(self._cost[often] / fits))
         return max(1.0, float(self._squares[often[best]]) / (2.0 * float(fits[best])))
 
-    def _compare(self, seen: BankObservation, centers: Array) -> bool:
-        """Take an image to the bank; return False where telemetry for it may still come."""
+    def _compare(self, band: LatencyBand, seen: BankObservation, centers: Array) -> bool:
+        """Take an image to a band; return False where telemetry for it may still come."""
         node, rest = divmod(seen.stamp_ns, STEP_NS)
-        first, last = node - self._last, node - self._first
-        late = len(self._waiting) > TUNING.most_waiting
+        first, last = node - band.last, node - band.first
+        late = len(band.waiting) > TUNING.most_waiting
         if not self._lattice.fill(first, last, self._pose, late):
             return False
         positions, rotations = self._lattice.between(first, last, rest / STEP_NS)
-        posed = self._posed(positions)
+        posed = self._posed(band, positions)
         if not _is_smooth(positions[posed], rotations[posed]):
-            self._interrupt()
+            self._interrupt(band)
             return True
-        passed = 0.0 if self._last_ns is None else (seen.stamp_ns - self._last_ns) * 1e-9
-        self._last_ns = seen.stamp_ns
+        passed = band.passed(seen.stamp_ns)
         # A larger latency is an earlier pose; before the first one there is none to compare.
         begin = int(np.argmax(posed))
         positions[:begin], rotations[:begin] = positions[begin], rotations[begin]
         positions, rotations, posed = positions[::-1], rotations[::-1], posed[::-1]
         between = self._lattice.interpolation(first, last, passed)
         between = None if between is None else between[::-1]
-        anew = again = None
-        level = 1.0
+        views = Views(positions, rotations @ FLU_FROM_OPTICAL, between)
+        anew, level = None, 1.0
         if self.evidence is not None:
             level = self.excess
-            anew = disturbed(1e-9 * seen.stamp_ns - self.corrections, self._lattice.jumps_s)
-            anew |= ~posed
-            views = Views(positions, rotations @ FLU_FROM_OPTICAL, between)
-            again = self._reappearance.update(seen.camera, centers, passed, views, level)
-            if again is not None and again[0].min() > TUNING.elsewhere_squares:
-                self._bank.reset()
-        fit = self._bank.update(seen, passed, positions, rotations, anew, between, level)
-        known = posed & self._known
-        self._known = posed
-        self._add(fit, passed, known, level)
+            late_s = self.corrections[band.part]
+            anew = disturbed(1e-9 * seen.stamp_ns - late_s, self._lattice.jumps_s) | ~posed
+        again, fit = band.compare(seen, centers, passed, views, rotations, anew, level)
+        known = band.known(posed)
+        self._add(band, fit, passed, known, level)
         if self.evidence is not None:
             self.evidence.note_jumps(self._lattice.jumps_s)
-            fits = [again, None if fit is None else (fit.squares, fit.size)]
-            found = [one for one in fits if one is not None]
-            self.evidence.add(seen.stamp_ns * 1e-9, found, known, level)
+            fits = (again, None if fit is None else (fit.squares, fit.size))
+            self.evidence.add(seen.stamp_ns * 1e-9, fits, known, level, band.part)
         return True
 
-    def _posed(self, positions: Array) -> Mask:
+    def _posed(self, band: LatencyBand, positions: Array) -> Mask:
         """Return which of some poses (n, 3), the earliest first, an image is compared with.
 
         All of them, if any is missing none; but evidence is about those from the first one on.
@@ -258,30 +255,30 @@ class LatencySearch:
         posed: Mask = np.ones(len(positions), np.bool_)
         if self.evidence is not None:
             begin = int(np.argmax(np.isfinite(positions[:, 0])))
-            posed[: min(begin, len(posed) - 1 - self.evidence.configured)] = False
+            needed = max(0, self.evidence.configured - band.part.start)
+            posed[: min(begin, len(posed) - 1 - needed)] = False
         return posed
 
-    def _interrupt(self) -> None:
+    def _interrupt(self, band: LatencyBand) -> None:
         """Compare nothing before with what follows."""
-        self._bank.reset()
-        self._reappearance.reset()
-        self._known = np.zeros(len(self.corrections), np.bool_)
-        if self.evidence is not None:
+        band.interrupt()
+        if self.evidence is not None and band is self._bands[0]:
             self.evidence.interrupt()
 
-    def _add(self, fit: LatencyFit | None, passed: float, known: Mask, level: float) -> None:
+    def _add(
+        self, band: LatencyBand, fit: LatencyFit | None, passed: float, known: Mask, level: float
+    ) -> None:
+        part, first = band.part, band is self._bands[0]
         fade = math.exp(-max(passed, 0.0) / TUNING.images_memory_s)
-        self._cost, self._squares = fade * self._cost, fade * self._squares
-        self._images, self._slope = fade * self._images, fade * self._slope
-        self._fits = fade * self._fits
+        for kept in (self._cost, self._squares, self._fits, self._slope):
+            kept[part] *= fade
+        self._images *= fade if first else 1.0
         if fit is not None:
-            self._cost, self._squares = (
-                self._cost + known * fit.cost,
-                self._squares + level * known * fit.squares,
-            )
-            self._fits = self._fits + known
-            self._images += 1.0
-            self._slope += 4.0 * SLOPE_NOISE * float(fit.noise[np.argmin(self._cost)])
+            self._cost[part] += known * fit.cost
+            self._squares[part] += level * known * fit.squares
+            self._fits[part] += known
+            self._slope[part] += 4.0 * SLOPE_NOISE * known * fit.noise
+            self._images += float(first)
 
     def _posterior(self) -> tuple[float, float]:
         """Return posterior mean and sigma of the correction, s."""
@@ -299,7 +296,7 @@ class LatencySearch:
             return mean, math.sqrt(wide)
         variance = float(weight @ np.square(fine - mean))
         # Noise of the poses adds this variance to the slope of the cost, beyond that of the boxes.
-        tilt = 0.25 * self._slope * variance**2
+        tilt = 0.25 * float(self._slope[np.argmin(self._cost)]) * variance**2
         least = self.stamp_sigma_s**2 + (STEP_S / TUNING.posterior_steps) ** 2
         return mean, math.sqrt(min(variance + tilt + least, max(variance, wide)))
 

@@ -66,10 +66,12 @@ def test_a_latency_that_nobody_states_is_found(sea, late_s):
         assert np.linalg.norm(truth - one.position, axis=1).min() < 0.5
 
 
-def test_images_count_from_the_first_telemetry_on(sea):
+@pytest.mark.parametrize(("late_s", "after_s"), [(-1.3, 7.0), (0.8, 5.0)])
+def test_images_count_from_the_first_telemetry_on(sea, late_s, after_s):
     """Telemetry for all candidates, 3 s either way and smoothed, is there from 6.6 s on."""
     engine = sea.estimator(STATED)
-    sea.play(engine, late_world(sea, -1.3, lambda t: (6.0 * math.sin(t), 0.0, 30.0)), 8.0)
+    drone = lambda t: (6.0 * math.sin(t), 0.0, 30.0)  # noqa: E731
+    sea.play(engine, late_world(sea, late_s, drone), after_s)
     assert engine.happened["latency_doubted"] == 1
 
 
@@ -240,7 +242,7 @@ def test_pictures_that_jump_are_no_latency(sea):
 
     world.frame = jumping
     engine = sea.estimator(STATED)
-    bank, anew = engine._doubt.search._bank, []
+    bank, anew = engine._doubt.search._bands[0].bank, []
     reset, update = bank.reset, bank.update
     bank.reset = lambda: anew.append(None) or reset()
     bank.update = lambda now, *given: seen.append((len(anew), now.stamp_ns)) or update(now, *given)

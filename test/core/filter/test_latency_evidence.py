@@ -95,6 +95,37 @@ def test_an_image_without_telemetry_at_a_candidate_tells_nothing_of_it():
     assert best(part) == pytest.approx(1.0, abs=0.5)
 
 
+def test_bands_whose_telemetry_comes_later_fill_in():
+    """All told at once, or negative latencies seconds later: the same in the end."""
+    own, late = slice(20, 61), slice(0, 20)
+    fit, whole, parts = of_latency(-1.5), LatencyEvidence(CORRECTIONS), LatencyEvidence(CORRECTIONS)
+    waiting = []
+    for t in np.arange(0.0, 10.0, 0.4):
+        squares = fit(t, CORRECTIONS)
+        whole.add(t, [(squares, NO_SIZE)])
+        parts.add(t, [(squares[own], NO_SIZE[own])], part=own)
+        waiting.append((t, [(squares[late], NO_SIZE[late])]))
+    early = parts.gains(1.0)
+    np.testing.assert_array_equal(early[late], 0.0)
+    np.testing.assert_array_equal(early[own], whole.gains(1.0)[own])
+    parts.interrupt()
+    for t, fits in waiting:
+        parts.add(t, fits, part=late)
+        parts.add(t + 0.1, fits, part=late)  # an image that was not compared
+    np.testing.assert_array_equal(parts.gains(1.0), whole.gains(1.0))
+
+
+def test_candidates_are_compared_with_the_best_by_its_own_images():
+    """The last images are known to the configured latency only."""
+    evidence, fit = LatencyEvidence(CORRECTIONS), of_latency(-1.5)
+    for t in np.arange(0.0, 10.0, 0.4):
+        evidence.add(t, [(fit(t, CORRECTIONS), NO_SIZE)], (t < 8.0) | (CORRECTIONS > -1.0))
+    right = int(np.argmax(evidence.gains(1.0)))
+    over = evidence.gains(1.0, right)
+    assert over[right] == 0.0
+    assert over[30] == pytest.approx(-evidence.gains(1.0)[right])
+
+
 def test_noise_larger_than_stated_counts_less():
     evidence = shown(of_latency(1.0), 10.0)
     np.testing.assert_allclose(evidence.gains(2.0), 0.5 * evidence.gains(1.0))
