@@ -28,6 +28,7 @@ import one_thread  # noqa: F401 - before numpy
 import numpy as np
 from fleet_flights import (
     LAST_S,
+    OFTEN_ENOUGH_HZ,
     RTK,
     SHARES,
     TWO,
@@ -53,9 +54,6 @@ FIRST_S = 5.0
 
 WITHIN = 1.15
 """Greatest RMS error that is asked for, in bounds."""
-OFTEN_ENOUGH_HZ = 3.0
-"""Images a second where many flights are flown: errors are those of the platforms, which last, so
-that more images of a flight tell little more, and more flights do."""
 CELLS = (
     Cell("hover", "opposite", 10.0, RTK),
     Cell("hover", "opposite", 30.0, TWO, 0.3),

@@ -35,6 +35,9 @@ LAST_S = 10.0
 """Length of the end of each flight that is judged, s."""
 SHARES = (0.0, 0.5, 1.0)
 """Of the receivers' variance that is common, in truth."""
+OFTEN_ENOUGH_HZ = 3.0
+"""Images a second where many flights are flown: errors are those of the platforms, which last, so
+that more images of a flight tell little more, and more flights do."""
 TWO, RTK = ("consumer",) * 2, ("rtk",) * 2
 
 
@@ -52,6 +55,7 @@ class Cell:
         robots: number of them.
         duration_s: length.
         rate_hz: images of each drone a second.
+        lasts_s: correlation time of slow errors, s; the filter is told 300 s.
         survey_m: one sigma with which the place of a beacon is known, of which only the last drone
             has boxes, m; 0: there is none.
     """
@@ -66,6 +70,7 @@ class Cell:
     duration_s: float = 24.0
     rate_hz: float = 10.0
     survey_m: float = 0.0
+    lasts_s: float = 300.0
 
     @property
     def beacons(self) -> int:
@@ -88,7 +93,7 @@ class Cell:
 
 def drones_of(cell: Cell, seed: int, share: float) -> dict[str, Experiment]:
     """Return the drones of a flight whose receivers have a share in common."""
-    plans = [sensor_plan(noise) for noise in cell.noises]
+    plans = [sensor_plan(noise, correlation_time_s=cell.lasts_s) for noise in cell.noises]
 
     def first(flight: GeneratedFlight, others: Sequence[GeneratedFlight]) -> Experiment:
         return Experiment(
@@ -102,7 +107,9 @@ def drones_of(cell: Cell, seed: int, share: float) -> dict[str, Experiment]:
     return together(first, plan, Formation(cell.formation, len(plans), share), seed, plans)
 
 
-def config_of(cell: Cell, noise: str, reference: Fix | None = None) -> EstimatorConfig:
+def config_of(
+    cell: Cell, noise: str, reference: Fix | None = None, find_moored: bool = False
+) -> EstimatorConfig:
     """Return the configuration of a drone's estimator; without a reference it sees no beacon."""
     known: dict[str, Any] = {"detections.classes": ["aqua"]} if cell.beacons else {}
     if reference is not None:
@@ -111,7 +118,7 @@ def config_of(cell: Cell, noise: str, reference: Fix | None = None) -> Estimator
         known = {"references": {"pier": pier}}
     stay = {"noise.robot_acceleration": 0.001, "tracks.max_speed": 0.05} if cell.told else {}
     return estimator_config(
-        {"noise.set": noise, "fix.altitude_datum": "ellipsoid", "tracks.find_moored": False}
+        {"noise.set": noise, "fix.altitude_datum": "ellipsoid", "tracks.find_moored": find_moored}
         | stay
         | known
     )
