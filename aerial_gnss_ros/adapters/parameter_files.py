@@ -20,7 +20,15 @@ from typing import Any
 
 from aerial_gnss_ros.adapters.yaml_files import read_yaml
 from aerial_gnss_ros.core.config.robot_classes import leaf_of
-from aerial_gnss_ros.core.config.schema import Leaf, build, check, flatten, leaves, type_hints
+from aerial_gnss_ros.core.config.schema import (
+    Leaf,
+    build,
+    check,
+    flatten,
+    leaves,
+    type_hints,
+    without_empty_groups,
+)
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.text.sentences import cut, shown
 
@@ -88,7 +96,8 @@ def foreign(
         for pattern, values in _sections(_load(path)):
             if not _matches(pattern, _tokens(namespace, node)):
                 continue
-            names = [k for k in flatten(values) if not any(_knows(s, k) for s in schemas.values())]
+            flat = _flat(values, schemas)
+            names = [k for k in flat if not any(_knows(s, k) for s in schemas.values())]
             if _is_shared(pattern):
                 found.update(dict.fromkeys(names, str(path)))
             else:
@@ -201,13 +210,19 @@ def _merge(
         )
     for pattern, values in _by_precedence(sections):
         matched = [node for node, name in names.items() if _matches(pattern, name)]
-        flat = {k: v for k, v in flatten(values).items() if not is_ros_own(k)}
+        flat = {k: v for k, v in _flat(values, schemas).items() if not is_ros_own(k)}
         if shared is not None and matched and _is_shared(pattern):
             for name in [k for k in flat if not any(_knows(s, k) for s in schemas.values())]:
                 del flat[name]
                 shared(name)
         for node, share in _shares(flat, [(n, schemas[n]) for n in matched]).items():
             merged[node].update(share)
+
+
+def _flat(values: Mapping[str, Any], schemas: Mapping[str, type[Any]]) -> dict[str, Any]:
+    known = [leaf.name for one in schemas.values() for leaf in leaves(one)]
+    free = [f"{group}." for one in schemas.values() for group in free_groups(one)]
+    return without_empty_groups(flatten(values), [*known, *free])
 
 
 def _shares(

@@ -50,6 +50,9 @@ _FITS: dict[Any, Callable[[Any], bool]] = {
     bool: lambda value: type(value) is bool,
     str: lambda value: type(value) is str,
 }
+_KINDS = {
+    int: "a whole number from 0 to 2^63 - 1", float: "a number", bool: "true or false", str: "text",
+}  # fmt: skip
 _LISTS: dict[Any, type[Any]] = {
     tuple[str, ...]: str, tuple[int, ...]: int, tuple[ReferencePlace, ...]: ReferencePlace,
 }  # fmt: skip
@@ -138,6 +141,17 @@ def _is_token(text: str) -> bool:
     return text == class_token(text)
 
 
+def _what(name: str) -> str:
+    return "a sighting" if name == "sighting" else f"the {name} of a sighting"
+
+
+def _refused(name: str, kind: str, value: Any) -> InputError:
+    """Return why a field is refused that should be of another kind."""
+    if value is None:
+        return InputError(f"{_what(name)} must be {kind}, but has no value.")
+    return InputError(f"{_what(name)} must be {kind}, not {shown(value)}.")
+
+
 def _plain(value: Any) -> Any:
     """Return a value as JSON has it: NaN is null."""
     if is_dataclass(value):
@@ -159,10 +173,12 @@ def _built(kind: type[Any], value: Any, name: str) -> Any:
     if isinstance(value, dict) and kind is Sighting:
         value = _MAY_BE_ABSENT | value
     if not isinstance(value, dict):
-        raise InputError(f"a sighting's {name} cannot be {shown(value)}.")
-    if value.keys() != hints.keys():
-        given = cut(", ".join(sorted(value.keys() ^ hints.keys())))
-        raise InputError(f"a sighting's {name} lacks or has unknown {given}.")
+        raise _refused(name, "an object", value)
+    missing, unknown = hints.keys() - value.keys(), value.keys() - hints.keys()
+    if missing:
+        raise InputError(f"{_what(name)} has no {cut(', '.join(sorted(missing)))}.")
+    if unknown:
+        raise InputError(f"{_what(name)} has unknown keys: {cut(', '.join(sorted(unknown)))}.")
     made = {key: _value(hint, value[key], key) for key, hint in hints.items()}
     if kind is CameraModel:
         return _camera(json.dumps(value))
@@ -178,7 +194,7 @@ def _camera(text: str) -> CameraModel:
             **{k: _value(h, given[k], k) for k, h in type_hints(CameraModel).items()}
         )
     except CameraError as error:
-        raise InputError(f"a sighting's camera is refused: {error}") from error
+        raise InputError(f"the camera of a sighting is refused: {error}") from error
 
 
 def _value(hint: Any, value: Any, name: str) -> Any:
@@ -193,11 +209,11 @@ def _value(hint: Any, value: Any, name: str) -> Any:
         if value is None and name in _MAY_BE_NAN:
             return math.nan
         if not _FITS[hint](value):
-            raise InputError(f"a sighting's {name} cannot be {shown(value)}.")
+            raise _refused(name, _KINDS[hint], value)
         return hint(value)
     if hint in _LISTS:
         if not isinstance(value, list):
-            raise InputError(f"a sighting's {name} cannot be {shown(value)}.")
+            raise _refused(name, "a list", value)
         kind = _LISTS[hint]
         if kind in _FITS and all(map(_FITS[kind], value)):
             return tuple(value)
@@ -217,7 +233,7 @@ def _array(value: Any, name: str) -> Array:
     except (TypeError, ValueError, OverflowError):
         fits = False
     if not fits or not np.isfinite(made).all():
-        raise InputError(f"a sighting's {name} is not an array of {shape_words(name)} numbers.")
+        raise InputError(f"{_what(name)} must be {shape_words(name)} finite numbers.")
     return made
 
 
@@ -269,9 +285,9 @@ def _check(seen: Sighting) -> None:
     least = -1e-6 * (1.0 + np.trace(matrices, axis1=1, axis2=2))
     even = np.allclose(matrices, matrices.transpose(0, 2, 1))
     if not even or (np.linalg.eigvalsh(matrices)[:, 0] < least).any():
-        raise InputError("a sighting has a covariance that is none.")
+        raise InputError("a covariance in a sighting is not symmetric and positive.")
     if not 0.0 < seen.level < 1e6:
-        raise InputError(f"a sighting's level of noise cannot be {seen.level:g}.")
+        raise InputError(f"the level of a sighting must lie within 0 to 1e6, not {seen.level:g}.")
 
 
 def _check_references(seen: Sighting) -> None:
@@ -281,9 +297,9 @@ def _check_references(seen: Sighting) -> None:
     for one in seen.references:
         places = abs(one.latitude) <= math.pi / 2.0 and abs(one.longitude) <= 2.0 * math.pi
         if not one.moves or not is_name(one.name) or not places or one.height < 0.0:
-            raise InputError(f"a sighting's reference cannot be {cut(repr(one))}.")
+            raise InputError(f"a sighting has an impossible reference: {cut(repr(one))}.")
         if not (one.covariance.diagonal() > 0.0).all():
-            raise InputError(f"a sighting's reference {one.name} has a position without error.")
+            raise InputError(f"reference {one.name} of a sighting must have a covariance above 0.")
 
 
 def _check_pose(pose: CameraPose) -> None:
@@ -295,6 +311,6 @@ def _check_pose(pose: CameraPose) -> None:
         )
     turned = pose.enu_from_camera
     if not np.allclose(turned @ turned.T, np.eye(3), atol=1e-6) or np.linalg.det(turned) < 0.0:
-        raise InputError("a sighting's orientation of the camera is no rotation.")
+        raise InputError("the enu_from_camera of a sighting is not a rotation matrix.")
     if (pose.interpolation < 0.0).any() or (pose.gaps_s < 0.0).any():
-        raise InputError("a sighting's variances of interpolation are negative.")
+        raise InputError("the interpolation and gaps_s of a sighting must not be negative.")

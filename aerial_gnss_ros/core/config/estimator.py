@@ -148,7 +148,7 @@ def estimator_config(values: Mapping[str, Any]) -> EstimatorConfig:
     classes = {name: value for name, value in flat.items() if name.startswith("classes.")}
     known = {name: value for name, value in flat.items() if name.startswith("references.")}
     for name in ("robots", "classes", "references"):
-        if flat.get(name) is not None:
+        if flat.get(name) not in (None, {}):
             raise ConfigError(f"{name} must hold names with their keys, not {shown(flat[name])}.")
     free = {*robots, *classes, *known, "robots", "classes", "references"}
     rest = {name: value for name, value in flat.items() if name not in free}

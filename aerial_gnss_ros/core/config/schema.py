@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
@@ -106,14 +106,25 @@ def leaves(cls: type[Any], prefix: str = "") -> Iterator[Leaf]:
 
 
 def flatten(nested: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return a nested mapping as one with dotted names."""
+    """Return a nested mapping as one with dotted names; what is empty stays as it is."""
     flat: dict[str, Any] = {}
     for name, value in nested.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and value:
             flat.update(flatten(value, f"{prefix}{name}."))
         else:
             flat[f"{prefix}{name}"] = value
     return flat
+
+
+def without_empty_groups(flat: Mapping[str, Any], known: Iterable[str]) -> dict[str, Any]:
+    """Return values by dotted name but groups that hold none, such as `camera: {}`.
+
+    Args:
+        flat: the values.
+        known: dotted names of parameters.
+    """
+    groups = {name[:at] for name in known for at, char in enumerate(name) if char == "."}
+    return {name: value for name, value in flat.items() if value != {} or name not in groups}
 
 
 def check(leaf: Leaf, value: Any) -> Any:
@@ -212,8 +223,8 @@ def build(cls: type[T], values: Mapping[str, Any], prefix: str = "") -> T:
     Raises:
         ConfigError: unknown key, or a value that `check` refuses.
     """
-    flat = flatten(values)
     known = {leaf.name: leaf for leaf in leaves(cls, prefix)}
+    flat = without_empty_groups(flatten(values), known)
     for name in flat:
         if name not in known:
             raise ConfigError(f"{cut(name)} is not a parameter{_suggest(name, known)}")

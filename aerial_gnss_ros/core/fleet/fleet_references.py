@@ -25,7 +25,7 @@ from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.label_format import class_token
 from aerial_gnss_ros.core.models.platform_model import GNSS
-from aerial_gnss_ros.core.references.candidates import Expected
+from aerial_gnss_ros.core.references.candidates import Expected, below_camera
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 from aerial_gnss_ros.core.references.references import References
 from aerial_gnss_ros.core.telemetry.reference_places import ReferencePlaces
@@ -139,13 +139,16 @@ class FleetReferences:
             self._heard[one.name] = now_ns
         if not self._staying and not self._heard:
             return
-        moving = [Expected.of(one, seen.pose, local) for one in seen.references]
-        staying = [self._expected(one, drone, seen, local) for one in self._staying]
+        moving, staying = (
+            below_camera(places, seen.pose, self.log) for places in (seen.references, self._staying)
+        )
+        expected = [self._expected(one, drone, seen, local) for one in staying]
+        expected += [Expected.of(one, seen.pose, local) for one in moving]
         waiting = {
             name for name, heard_ns in self._heard.items()
             if now_ns - heard_ns <= TUNING.waits_s * 1e9
         } - {one.name for one in seen.references}  # fmt: skip
-        self._references.update(robots, staying + moving, now_ns, waiting)
+        self._references.update(robots, expected, now_ns, waiting)
 
     def apply(
         self, robots: list[FleetRobot], mean: Array, blocks: Array, state: SharedState,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.label_format import class_token
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
+from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 
 Array = NDArray[np.float64]
@@ -163,6 +164,20 @@ def _rows(
     )
 
 
+def below_camera(
+    places: Sequence[ReferencePlace], pose: CameraPose, log: Events
+) -> list[ReferencePlace]:
+    """Return the references below the camera; where one is above it, `log` says so once."""
+    for one in places:
+        if one.height >= pose.height:
+            log.warn_once(
+                f"{one.name} is above the camera",
+                f"Reference {one.name} is not used from below it: references.{one.name}.height_m "
+                f"is {one.height:g} m, and the camera is {pose.height:.1f} m above the water.",
+            )
+    return [one for one in places if one.height < pose.height]
+
+
 def _expected_position(place: ReferencePlace, pose: CameraPose, local: LocalMap) -> Array:
     """Return where the line of sight to a reference meets the water (2,), m.
 
@@ -170,7 +185,7 @@ def _expected_position(place: ReferencePlace, pose: CameraPose, local: LocalMap)
     """
     position: Array = local.positions([place.latitude], [place.longitude])[0]
     high = place.height
-    if 0.0 < high < pose.height:
+    if high:
         camera = local.positions([pose.latitude], [pose.longitude])[0]
         position = position + high / (pose.height - high) * (position - camera)
     return position

@@ -38,7 +38,7 @@ from aerial_gnss_ros.core.georeferencing.measurements import Measurements, measu
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.labels import Box, Labels
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
-from aerial_gnss_ros.core.references.candidates import Expected
+from aerial_gnss_ros.core.references.candidates import Expected, below_camera
 from aerial_gnss_ros.core.references.references import References
 from aerial_gnss_ros.core.references.source import FilterSource
 from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled, box_masks
@@ -173,7 +173,8 @@ class Tracker:
         names = self._labelled(measured, replaced)
         if frame.references or self._referenced:
             self._referenced = True
-            expected = [Expected.of(one, frame.pose, local) for one in frame.references]
+            places = below_camera(frame.references, frame.pose, self.table.filter.log)
+            expected = [Expected.of(one, frame.pose, local) for one in places]
             self._references.update(self.table.tracks, expected, stamp_ns)
         estimates, platform = self._estimates(stamp_ns)
         fork, moored = self._recovery.fork, self.table.filter.moored

@@ -53,6 +53,13 @@ def test_nested_and_dotted_values_build_the_same_and_the_rest_keeps_its_default(
     assert flatten({"a": {"b": {"c": 1}}, "d": 2}) == {"a.b.c": 1, "d": 2}
 
 
+def test_an_empty_mapping_is_no_value_but_a_group_may_hold_none():
+    assert build(Outer, {"inner": {}}).inner.ratio == build(Outer, {}).inner.ratio
+    for values in ({"count": {}}, {"inner": {"ratio": {}}}):
+        with pytest.raises(ConfigError, match=r"must be a .*number.*, not \{\}"):
+            build(Outer, values)
+
+
 def test_a_whole_number_is_accepted_where_a_number_is_meant():
     made = build(Outer, {"inner.ratio": 1, "offset": [1, 2.5]})
     assert made.inner.ratio == 1.0

@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.references.candidates import Expected, candidates_of, with_crowding
+from aerial_gnss_ros.core.references.candidates import (
+    Expected,
+    below_camera,
+    candidates_of,
+    with_crowding,
+)
 from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 
 
@@ -44,12 +50,25 @@ def test_of_its_class_and_in_view_or_the_reference_already(sea):
     ]
 
 
-@pytest.mark.parametrize(("high", "factor"), [(0.0, 1.0), (2.0, 30.0 / 28.0), (31.0, 1.0)])
+@pytest.mark.parametrize(("high", "factor"), [(0.0, 1.0), (2.0, 30.0 / 28.0)])
 def test_what_stands_out_of_the_water_appears_farther_off(sea, high, factor):
     """Similar triangles: 2 m high, 30 m below the camera: 30/28 of the distance."""
     local = sea.World().local
     (found,) = expected(sea, place(local, "mark", (4.0, 18.0), height=high))
     assert found.position == pytest.approx(factor * np.array([4.0, 18.0]), abs=2e-3)
+
+
+def test_one_above_the_camera_is_refused_once_in_a_sentence(sea):
+    world, log = sea.World(), Events()
+    both = [
+        place(world.local, "mast", (4.0, 18.0), height=30.0),
+        place(world.local, "pier", (1, 9)),
+    ]
+    for _ in range(2):
+        assert below_camera(both, world.pose(1.0), log) == both[1:]
+    (sentence,) = log.sentences
+    assert "references.mast.height_m is 30 m" in sentence
+    assert "30.0 m above the water" in sentence
 
 
 def test_more_tracks_than_references_of_a_class_are_a_crowd(sea):
