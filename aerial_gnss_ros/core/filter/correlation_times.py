@@ -13,7 +13,6 @@ takes the place of the first, and the first one's time is tried from then on.
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,6 +70,11 @@ class CorrelationTimes:
         assumed = self._model.correlation_time_s
         return 0.0 if assumed == self._stated_s else assumed
 
+    @property
+    def runs(self) -> bool:
+        """Whether a second joint state runs."""
+        return self._base is not None
+
     def restart(self) -> None:
         """Weigh anew: the joint state was changed by what is no image."""
         self._base: JointState | None = None
@@ -120,14 +124,14 @@ class CorrelationTimes:
             return False
         base, law = self._base, self._law
         self._law, self.evidence = _copied(base), TUNING.least_nats
-        _put(law, base)
+        base.assume(law)
         model = self._model
         model.correlation_time_s, self._other_s = self._other_s, model.correlation_time_s
         return True
 
     def inflate_velocities(self, slots: Indices, speeds: Array, seconds: float) -> None:
         """Inflate velocities as those of the joint state (see `JointState`)."""
-        if self._base is not None and self._is_same():
+        if self.runs and self._is_same():
             self._law.inflate_velocities(slots, speeds, seconds)
 
     def doubt_platform(self, platform: Array) -> None:
@@ -156,17 +160,6 @@ class CorrelationTimes:
 
 
 def _copied(base: JointState) -> JointState:
-    law = JointState(base.covariance)
-    law.rows, law.unseen, law.ids = base.rows.copy(), base.unseen.copy(), base.ids
-    law.own = base.own.copy()
-    law.velocity_changes.add(len(base))
-    _put(base, law)
-    return law
-
-
-def _put(one: JointState, other: JointState) -> None:
-    """Let a joint state have the distribution of another one with the same robots."""
-    other.mean, other.covariance = one.mean.copy(), one.covariance.copy()
-    other.by_pose, other.by_errors = one.by_pose.copy(), one.by_errors.copy()
-    other.camera, other.view = one.camera, one.view
-    other.manoeuvre_noise = copy.deepcopy(one.manoeuvre_noise)
+    state = JointState(base.covariance)
+    state.copy(base)
+    return state

@@ -394,11 +394,12 @@ class JointFilter(CameraFaults):
     def inflate_velocities(self, rows: Indices, speed: Array | float, seconds: float) -> None:
         """Inflate velocity covariances of robots, see `StateBlocks`."""
         super().inflate_velocities(rows, speed, seconds)
-        speeds = np.full(self._count, np.nan)
-        speeds[rows] = speed
-        speeds = speeds[self._groups[0].rows]
-        slots = np.flatnonzero(~np.isnan(speeds))
-        self.times.inflate_velocities(slots, speeds[slots], seconds)
+        if self.times.runs:
+            speeds = np.full(self._count, np.nan)
+            speeds[rows] = speed
+            speeds = speeds[self._groups[0].rows]
+            slots = np.flatnonzero(~np.isnan(speeds))
+            self.times.inflate_velocities(slots, speeds[slots], seconds)
 
     def _discount(self, factor: float) -> None:
         """Let what boxes have told so far count less; the laws beside begin anew.

@@ -76,11 +76,7 @@ class MooredLaw(JointState):
             adrift: whether there is a current.
         """
         law = cls(base.covariance)
-        law.mean, law.rows, law.unseen = base.mean.copy(), base.rows.copy(), base.unseen.copy()
-        law.own, law.ids, law.by_pose = base.own.copy(), base.ids.copy(), base.by_pose.copy()
-        law.camera, law.by_errors, law.view = base.camera, base.by_errors, base.view
-        law.manoeuvre_noise = copy.deepcopy(base.manoeuvre_noise)
-        law.velocity_changes.add(len(base))
+        law.copy(base)
         law.variance = TUNING.first_sway_m**2
         law.sway = np.zeros(len(base))
         place = np.zeros((1, 4))

@@ -7,6 +7,7 @@ Updates by boxes are in `update`, the layout of rows and columns in `state_array
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -47,6 +48,20 @@ TUNING = StateTuning()
 
 class JointState(StateArrays):
     """The platform's errors and robots together."""
+
+    def copy(self, other: JointState) -> None:
+        """Have the robots and the distribution of another state, but suspect no rotation."""
+        self.rows, self.unseen, self.ids = other.rows.copy(), other.unseen.copy(), other.ids
+        self.own = other.own.copy()
+        self.velocity_changes.add(len(other))
+        self.assume(other)
+
+    def assume(self, other: JointState) -> None:
+        """Take over the distribution of another state of the same robots."""
+        self.mean, self.covariance = other.mean.copy(), other.covariance.copy()
+        self.by_pose, self.by_errors = other.by_pose.copy(), other.by_errors.copy()
+        self.camera, self.view = other.camera, other.view
+        self.manoeuvre_noise = copy.deepcopy(other.manoeuvre_noise)
 
     def predict(self, seconds: float, keep: Array, stationary: Array, motion: MotionModel) -> None:
         """Predict to a later time.
