@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.evidence import TUNING as EVIDENCE
 
 Array = NDArray[np.float64]
@@ -35,8 +36,6 @@ class AttitudeAmbiguityTuning:
     """Time for which a rotation has lasted when it is noticed, s. Judged."""
     back_rad: float = math.radians(3.0)
     """An orientation that jumped is back when it is this close to the expected one, rad. Judged."""
-    was_wrong_nats: float = -3.0
-    """Log odds that an orientation that jumps and jumps back was right meanwhile. Judged."""
     episodes: int = 4
     """Greatest number of episodes kept apart; earlier ones are merged. Judged."""
 
@@ -221,7 +220,7 @@ class AttitudeAmbiguity:
         for one in self.episodes:
             # Robots that moved along are handled by `note_displacement`.
             if one.ago <= self._jumped_s + 1e-6 and not self._turned.any():
-                one.update_odds(TUNING.was_wrong_nats)
+                one.update_odds(-CLEAR_NATS)
                 one.unseen = False
         self._jump = np.zeros(3)
         return True

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
 from aerial_gnss_ros.core.models.platform_model import PLATFORM
 from aerial_gnss_ros.core.values.events import WarningText
 
@@ -37,8 +38,6 @@ class ConsistencyTuning:
     """Deviation below which the warning ends. Judged."""
     platform_sigmas: float = 3.5
     """An estimated platform error beyond this many stated sigmas is not credible. Judged."""
-    credible_sigmas: float = 3.0
-    """It is credible again below this. Judged."""
     outside_share: float = 0.03
     """Share of boxes near but outside their robot's gate at which a warning is given. By the gate's
     probability it is ten times less with correct noise."""
@@ -218,7 +217,7 @@ class InnovationMonitor:
         for name, error, variance in zip(PLATFORM, errors.tolist(), variances, strict=True):
             sigma = math.sqrt(variance)
             apart = abs(error) / max(sigma, 1e-12)
-            if self._incredible and apart < TUNING.credible_sigmas:
+            if self._incredible and apart < SURE_SIGMAS:
                 self._incredible.pop(name, None)
             if not apart > TUNING.platform_sigmas:
                 continue

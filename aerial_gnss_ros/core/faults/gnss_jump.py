@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
 from aerial_gnss_ros.core.values.events import Events
 
 Array = NDArray[np.float64]
@@ -32,9 +33,6 @@ class GnssJumpTuning:
     """Ratio to the usual step above which a step is conspicuous. Judged."""
     gust_mps2: float = 10.0
     """Acceleration of a drone, m/s²: that of gravity, at a bank of 45 deg."""
-    stated_sigmas: float = 3.0
-    """Least jump, in stated sigmas of the receiver's offset: published covariances contain smaller
-    ones. Judged."""
     home_share: float = 0.5
     """Share of the jump within which a position counts as back: closer to the old than to the new
     position."""
@@ -108,7 +106,7 @@ class GnssJumpDetector:
             step = position - self.offset - expected
             step[2] = 0.0
             length, farthest = _length(step), _farthest(passed)
-            matters = TUNING.stated_sigmas * stated_m < length <= farthest
+            matters = SURE_SIGMAS * stated_m < length <= farthest
             jumped = matters and self._is_odd(length, passed) and robots_tell()
             if jumped or length > farthest or self._returns(step, passed):
                 told = jumped and not self.offset.any()

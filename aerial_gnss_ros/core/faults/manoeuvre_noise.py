@@ -25,6 +25,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
@@ -39,9 +41,6 @@ class ManoeuvreNoiseTuning:
     """Time constant of the mean ratio, s. Judged."""
     strength_every_s: float = 0.5
     """Interval between updates of the strength, s: sums change no faster. Judged."""
-    strength_sure_sigmas: float = 3.0
-    """Sigmas above 1 from which the mean ratio is applied, so that other robots are unaffected.
-    Judged."""
     ratio_variance: float = 1.5
     """Variance of one ratio: 1 where both axes are known equally, 2 where only one is known. By the
     chi-square distribution."""
@@ -151,7 +150,7 @@ class ManoeuvreNoise:
         weights = sums[6] * fade + seconds * share * share
         self._sums[5:, slots] = ratios, weights, np.zeros(m)
         mean = ratios / np.maximum(weights, 1e-12)
-        sure = mean > 1.0 + TUNING.strength_sure_sigmas * np.sqrt(
+        sure = mean > 1.0 + SURE_SIGMAS * np.sqrt(
             TUNING.ratio_variance * TUNING.correction_sum_s / np.maximum(weights, 1e-12)
         )
         sure &= weights > TUNING.correction_sum_s

@@ -29,10 +29,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
+from aerial_gnss_ros.core.faults.formation import TUNING as FORMATION
 from aerial_gnss_ros.core.faults.rotation_test import TUNING as ROTATION_TEST
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
-from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
+from aerial_gnss_ros.core.models.evidence import CLEAR_NATS, SURE_SIGMAS
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -50,14 +51,10 @@ class RotationFaultTuning:
     """Time until a rotation shows in the velocities, s. Judged."""
     refined_s: float = 3.0
     """Time for which the rate of a new rotation is refined, s. Judged."""
-    ended_sigmas: float = 3.0
-    """Rate, in sigmas, below which a rotation has ended. Judged."""
     rate_share: float = 0.3
     """Relative uncertainty of its rate, one sigma. Judged."""
     uneven_share: float = 0.1
     """Relative uncertainty of its angle after it has ended, one sigma: rates vary. Judged."""
-    largest_angle_rad: float = math.radians(30.0)
-    """Angle, one sigma, up to which the covariance grows, rad. Judged."""
 
 
 TUNING = RotationFaultTuning()
@@ -100,7 +97,7 @@ class RotationFault:
         self._law: Array = np.zeros((6, 6))  # covariance of angle and rate
         self.doubted = False
         self._lasts = self._since = 0.0
-        self.ambiguity = unexplained or AttitudeAmbiguity(TUNING.largest_angle_rad)
+        self.ambiguity = unexplained or AttitudeAmbiguity(FORMATION.turn_sigma_rad)
 
     @property
     def rotating(self) -> bool:
@@ -111,7 +108,7 @@ class RotationFault:
     def covariance(self) -> Array:
         """(3, 3) covariance W of the angles, rad²."""
         turned = np.outer(self.angle, self.angle) + self._law[:3, :3]
-        most = 3.0 * TUNING.largest_angle_rad**2 / max(float(np.trace(turned)), 1e-12)
+        most = 3.0 * FORMATION.turn_sigma_rad**2 / max(float(np.trace(turned)), 1e-12)
         return turned * min(1.0, most) + self.ambiguity.covariance
 
     @property
@@ -193,7 +190,7 @@ class RotationFault:
             self._law[:3, 3:] += self._lasts * spread
             self._law[3:, :3] += self._lasts * spread
         self.rate = before + change
-        if self.rate @ np.linalg.solve(self._spread, self.rate) < TUNING.ended_sigmas**2:
+        if self.rate @ np.linalg.solve(self._spread, self.rate) < SURE_SIGMAS**2:
             self._end(before)
         elif begins:
             self._law[3:, 3:] += TUNING.rate_share**2 * np.outer(change, change)
@@ -206,7 +203,7 @@ class RotationFault:
         """Advance the angle by the assumed rotation."""
         angle = self.angle + seconds * self.rate
         self.angle = angle * min(
-            1.0, TUNING.largest_angle_rad / max(float(np.linalg.norm(angle)), 1e-9)
+            1.0, FORMATION.turn_sigma_rad / max(float(np.linalg.norm(angle)), 1e-9)
         )
         self._law[:3] += seconds * self._law[3:]
         self._law[:, :3] += seconds * self._law[:, 3:]

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.faults.formation import Formation, formation
-from aerial_gnss_ros.core.faults.gnss_jump import TUNING as GNSS_JUMP
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 from aerial_gnss_ros.core.filter.blocks import StateBlocks
 from aerial_gnss_ros.core.filter.linearization import (
@@ -27,6 +26,7 @@ from aerial_gnss_ros.core.filter.linearization import (
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.camera_motion import CameraMotion
+from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
 from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import ClassMotions, MotionModel
@@ -141,7 +141,7 @@ class CameraFaults(StateBlocks):
         if self._motion.height_jump and (unseen or self._climbed):
             self._climbed += self._motion.height_jump
             stated = float(self._stationary[HEIGHT, HEIGHT])
-            matters = self._climbed**2 > GNSS_JUMP.stated_sigmas**2 * stated
+            matters = self._climbed**2 > SURE_SIGMAS**2 * stated
             by_height = self._farthest_by_height() if matters else 0.0
             self.ambiguity.climbed(self._climbed**2 * by_height)
         self._spread_doubt()

@@ -34,6 +34,7 @@ from aerial_gnss_ros.core.filter.pose_lattice import (
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
+from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
 from aerial_gnss_ros.core.models.motion_model import motion_model
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
@@ -50,9 +51,6 @@ class LatencySearchTuning:
 
     max_latency_s: float = 3.0
     """Greatest absolute latency, configured plus estimated, s. The range of camera.latency_s."""
-    reach_sigmas: float = 3.0
-    """Range of candidates about the configured latency, at least `reach_steps`, in sigmas.
-    Judged."""
     reach_steps: int = 3
     """Least number of candidates to either side. Judged."""
     interval_s: float = 0.08
@@ -107,7 +105,7 @@ class LatencySearch:
         self._inputs, self._posing = inputs, PoseBuilder(config)
         self._local: LocalMap | None = None
         self._sigma = config.noise.value("latency_s")
-        reach = max(TUNING.reach_sigmas * self._sigma, TUNING.reach_steps * STEP_S)
+        reach = max(SURE_SIGMAS * self._sigma, TUNING.reach_steps * STEP_S)
         first = math.ceil(max(-TUNING.max_latency_s - stated, -reach) / STEP_S - 1e-9)
         last = math.floor(min(TUNING.max_latency_s - stated, reach) / STEP_S + 1e-9)
         self.corrections: Array = np.arange(first, last + 1, dtype=np.float64) * STEP_S

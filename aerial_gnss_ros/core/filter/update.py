@@ -20,6 +20,7 @@ from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
+from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
 from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT, pose_jacobian
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
@@ -39,8 +40,6 @@ class UpdateTuning:
     iterated. Judged."""
     max_iterations: int = 3
     """Greatest number of iterations of one update. Judged."""
-    too_fast_sigmas: float = 3.0
-    """Boxes are rejected above `max_speed` + min(3 sigma, `max_speed` / 2). Judged."""
 
 
 TUNING = UpdateTuning()
@@ -320,7 +319,7 @@ def _possible(
     speeds = np.sqrt(squared)
     variances = (joint.covariance.diagonal() - reduction.diagonal())[COUNT:].reshape(-1, 4)[some]
     sigma = np.sqrt(variances[:, 2] + variances[:, 3])
-    margin = np.minimum(TUNING.too_fast_sigmas * sigma, 0.5 * fastest)
+    margin = np.minimum(SURE_SIGMAS * sigma, 0.5 * fastest)
     possible: NDArray[np.bool_] = speeds <= fastest + margin
     return None if possible.all() else possible
 

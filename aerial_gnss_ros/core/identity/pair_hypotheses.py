@@ -19,6 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
+
 Array = NDArray[np.float64]
 
 
@@ -39,8 +41,6 @@ class PairHypothesesTuning:
     """White changes of course, one sigma after a second, rad/s^0.5. Judged."""
     place_density: float = 0.1
     """Drift of both positions by the platform's slow errors, m/s^0.5. Judged."""
-    odd_sigmas: float = 3.0
-    """Sigmas of a common displacement of both boxes beyond which it counts as noise. Judged."""
     same_squared: float = 0.5
     """Squared Mahalanobis distance below which two hypotheses are merged. Judged."""
 
@@ -144,7 +144,7 @@ class PairHypotheses:
         shared = 0.5 * (off[:2] + off[2:])
         spread = self.covariances[0][np.ix_(_PLACES, _PLACES)] + noise
         expected = 0.25 * _BOTH.T @ spread @ _BOTH + common
-        if shared @ np.linalg.solve(expected, shared) > TUNING.odd_sigmas**2:
+        if shared @ np.linalg.solve(expected, shared) > SURE_SIGMAS**2:
             common = common + np.outer(shared, shared)
         return noise + _BOTH @ common @ _BOTH.T
 

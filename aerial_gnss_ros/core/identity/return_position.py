@@ -30,8 +30,6 @@ Array = NDArray[np.float64]
 class ReturnPositionTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    part_share: float = 0.25
-    """Weight of each of the four models. Judged."""
     stays_mps: float = 0.08
     """Speed of a robot that stays where it dived, each axis, m/s. Judged."""
     course_share: float = 0.3
@@ -153,7 +151,7 @@ class ReturnPosition:
             track, unseen, offsets - (unseen - arm) * track.velocity,
             _reduced(spread, grown) + further, velocities,
         )  # fmt: skip
-        return TUNING.part_share * (
+        return 0.25 * (
             usual * _normal(held, _reduced(spread, grown - self._wander(unseen, slow)))
             + usual * _normal(offsets, _reduced(spread, grown - self._wander(unseen, usual_speed)))
             + straight

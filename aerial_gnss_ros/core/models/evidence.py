@@ -14,6 +14,8 @@ class EvidenceTuning:
 
     clear_odds: float = 20.0
     """Odds from which the likelier hypothesis is taken alone: the usual level of 5 %."""
+    sure_sigmas: float = 3.0
+    """Sigmas beyond which a deviation is no chance: 0.3 %."""
     forgotten: float = 1e-3
     """Probability below which a hypothesis is forgotten. It would add less than 3 % to a sigma."""
 
@@ -22,5 +24,7 @@ TUNING = EvidenceTuning()
 
 CLEAR_NATS = math.log(TUNING.clear_odds)
 """The same as log odds."""
+SURE_SIGMAS = TUNING.sure_sigmas
+"""The sigmas of `EvidenceTuning`."""
 UNCLEAR = 1.0 / TUNING.clear_odds
 """Probability above which the less likely hypothesis is kept."""

@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.faults.attitude_ambiguity import TUNING as ATTITUDE_AMBIGUITY
 from aerial_gnss_ros.core.faults.attitude_ambiguity import AttitudeAmbiguity
-from aerial_gnss_ros.core.faults.rotation_fault import TUNING as ROTATION_FAULT
+from aerial_gnss_ros.core.faults.formation import TUNING as FORMATION
 from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
 from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
@@ -26,7 +26,7 @@ def _degrees(unexplained):
 
 def _lost(seconds):
     """Return it after boxes that no robots explained, 10 a second."""
-    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(FORMATION.turn_sigma_rad)
     for _ in range(round(10 * seconds)):
         unexplained.predict(0.1, 1.0)
         unexplained.update(0.1)
@@ -34,14 +34,14 @@ def _lost(seconds):
 
 
 def test_boxes_that_nobody_explains_make_the_angle_unknown_until_robots_are_back():
-    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(FORMATION.turn_sigma_rad)
     unexplained.update(0.5)
     unexplained.update(0.5)
     # 20 deg/s for a second and what was not noticed at first
     assert _degrees(unexplained) == pytest.approx(26.0)
     for _ in range(10):
         unexplained.update(0.5)
-    assert _degrees(unexplained) == pytest.approx(math.degrees(ROTATION_FAULT.largest_angle_rad))
+    assert _degrees(unexplained) == pytest.approx(math.degrees(FORMATION.turn_sigma_rad))
     unexplained.update(0.0, over=True)
     assert not unexplained.covariance.any()
     unexplained.update(0.1)
@@ -108,7 +108,7 @@ def test_robots_tell_of_all_times_since_they_were_seen():
     # one seen between the two times informs about the second only
     unexplained.update_reacquired(2.0, BY_ANGLES[0], np.zeros(2), spread)
     assert _degrees(unexplained) == pytest.approx(
-        [math.degrees(ROTATION_FAULT.largest_angle_rad)] * 3, rel=1e-3
+        [math.degrees(FORMATION.turn_sigma_rad)] * 3, rel=1e-3
     )
     # two seen before both: it has not turned, or as much back
     unexplained.update_reacquired(8.0, BY_ANGLES[0], np.zeros(2), spread)
@@ -116,9 +116,9 @@ def test_robots_tell_of_all_times_since_they_were_seen():
     assert not unexplained.covariance.any()
 
 
-@pytest.mark.parametrize(("back_deg", "share"), [(-30.0, 1.0 / (1.0 + math.exp(3.0))), (20.0, 1.0)])
+@pytest.mark.parametrize(("back_deg", "share"), [(-30.0, 1.0 / 21.0), (20.0, 1.0)])
 def test_telemetry_that_jumps_back_was_wrong_meanwhile(back_deg, share):
-    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(FORMATION.turn_sigma_rad)
     assert not unexplained.update_jump(np.radians([0.0, 0.0, 30.0]), 0.1)
     for _ in range(10):
         unexplained.update(0.1)
@@ -130,7 +130,7 @@ def test_telemetry_that_jumps_back_was_wrong_meanwhile(back_deg, share):
 
 def test_only_the_orientation_tells_of_a_jump_that_nobody_saw():
     """Boxes that fit robots may be others', displaced by the jump."""
-    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(FORMATION.turn_sigma_rad)
     turn = np.radians([0.0, 0.0, 30.0])
     unexplained.update_jump(turn, 0.1)
     unexplained.keep_jump(unseen=True)
@@ -142,13 +142,13 @@ def test_only_the_orientation_tells_of_a_jump_that_nobody_saw():
     unexplained.update_reacquired(8.0, BY_ANGLES[0], np.zeros(2), 0.01 * np.eye(2))
     assert unexplained.covariance == jump
     assert unexplained.update_jump(-turn, 0.1)
-    assert unexplained.covariance == pytest.approx(np.outer(turn, turn) / (1.0 + math.exp(3.0)))
+    assert unexplained.covariance == pytest.approx(np.outer(turn, turn) / 21.0)
     unexplained.note_return()
     assert not unexplained.covariance.any()
 
 
 def test_a_jump_of_the_height_may_displace_robots_until_it_is_reversed():
-    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(FORMATION.turn_sigma_rad)
     unexplained.climbed(0.0)
     assert not unexplained.active
     unexplained.climbed(4.0)
@@ -161,7 +161,7 @@ def test_a_jump_of_the_height_may_displace_robots_until_it_is_reversed():
 
 
 def test_many_times_are_kept_as_few():
-    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(FORMATION.turn_sigma_rad)
     for _ in range(20):
         for _ in range(3):
             unexplained.predict(0.1, 1.0)
@@ -189,7 +189,7 @@ def test_robots_that_all_were_elsewhere_may_be_as_far_off_in_any_direction():
 
 
 def test_a_receiver_that_is_back_takes_its_own_doubt_away_and_no_other():
-    unexplained = AttitudeAmbiguity(ROTATION_FAULT.largest_angle_rad)
+    unexplained = AttitudeAmbiguity(FORMATION.turn_sigma_rad)
     unexplained.shifted(2500.0)
     assert unexplained.active
     unexplained.note_displacement(np.zeros(3), np.zeros((3, 3)), 36.0)
