@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
+from aerial_gnss_ros.core.models.usual_step import UsualStep
 from aerial_gnss_ros.core.values.events import Events
 
 Array = NDArray[np.float64]
@@ -25,12 +26,8 @@ class GnssJumpTuning:
     """Greatest distance of a position from the predicted one, at once, m. Judged."""
     jump_mps: float = 10.0
     """Growth of that distance with the time since the last fix, m/s. Judged."""
-    steps_s: float = 5.0
-    """Time over which a receiver's usual step is determined, s. Judged."""
     first_step_m: float = 2.0
     """Usual step before the first, m. Judged."""
-    odd_steps: float = 5.0
-    """Ratio to the usual step above which a step is conspicuous. Judged."""
     gust_mps2: float = 10.0
     """Acceleration of a drone, m/s²: that of gravity, at a bank of 45 deg."""
     home_share: float = 0.5
@@ -63,7 +60,7 @@ class GnssJumpDetector:
 
     def reset(self) -> None:
         """Forget everything."""
-        self._usual_squared = TUNING.first_step_m**2
+        self._usual = UsualStep(TUNING.first_step_m)
         self._end()
 
     def _end(self) -> None:
@@ -81,7 +78,7 @@ class GnssJumpDetector:
     def _is_odd(self, length: float, passed: float) -> bool:
         """Return whether a step is conspicuous."""
         gust = 0.5 * TUNING.gust_mps2 * passed**2
-        return length > TUNING.odd_steps * math.sqrt(self._usual_squared) + gust
+        return self._usual.is_odd(length, gust)
 
     def update(
         self,
@@ -117,8 +114,7 @@ class GnssJumpDetector:
                 self._end()
                 self.returned = True
                 return True, jump
-            share = 1.0 - math.exp(-passed / TUNING.steps_s)
-            self._usual_squared += share * (length**2 - self._usual_squared)
+            self._usual.update(length, passed)
         if not any(self.offset.tolist()):
             return True, None
         self._since_s += passed

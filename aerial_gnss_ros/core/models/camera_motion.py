@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix, rotation_vector
+from aerial_gnss_ros.core.models.usual_step import UsualStep
 
 Array = NDArray[np.float64]
 
@@ -37,12 +38,8 @@ class CameraMotionTuning:
     deg/s from one image to the next, but not at 200. From recorded DJI flights."""
     climb_mps: float = 10.0
     """Greatest climb rate of a drone, m/s. Judged: twice that of consumer drones."""
-    climbs_s: float = 5.0
-    """Time over which the height's usual step is determined, s. Judged."""
     first_climb_m: float = 1.0
     """Usual step of the height before the first, m. Judged."""
-    odd_climbs: float = 5.0
-    """Ratio to the usual step above which a step of the height is conspicuous. Judged."""
 
 
 TUNING = CameraMotionTuning()
@@ -67,7 +64,7 @@ class CameraMotion:
         self.rates = np.zeros(6)
         self.jump: Array | None = None
         self.height_jump = 0.0
-        self._usual_climb_squared = TUNING.first_climb_m**2
+        self._usual_climb = UsualStep(TUNING.first_climb_m)
         self._height: float | None = None
         self._lasted_s = 0.0
         self._shown: list[tuple[Array, float]] = []  # measured rotations; s since the previous one
@@ -126,12 +123,11 @@ class CameraMotion:
         before, self._height, self.height_jump = self._height, height, 0.0
         if before is None or not seconds > 0.0:
             return
-        step, usual = height - before, math.sqrt(self._usual_climb_squared)
-        if abs(step) > TUNING.odd_climbs * usual + TUNING.climb_mps * seconds:
+        step = height - before
+        if self._usual_climb.is_odd(abs(step), TUNING.climb_mps * seconds):
             self.height_jump = step
             return
-        share = 1.0 - math.exp(-seconds / TUNING.climbs_s)
-        self._usual_climb_squared += share * (step**2 - self._usual_climb_squared)
+        self._usual_climb.update(step, seconds)
 
     def _jumps(self, measured: MapPose, seconds: float) -> bool:
         """Return whether the orientation has jumped from that of the last two images."""
