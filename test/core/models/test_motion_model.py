@@ -106,3 +106,32 @@ def test_each_robots_step_is_that_of_its_own_motion():
             alone = MotionModel(float(both.acceleration[i]), float(both.speed_sigma[i]))
             _, _, own = alone.step(0.1, away[i : i + 1], strength[i : i + 1])
             assert noise[i] == pytest.approx(own[0], rel=1e-12)
+
+
+def out_of_view(seconds):
+    """Return reach and variance of a place whose robot was known to 5 cm and 5 cm/s at first."""
+    motion, unseen = MotionModel(0.05, 0.75), np.zeros(1)
+    P, F = 0.05**2 * np.eye(2), np.eye(2)
+    for _ in range(round(seconds / 0.2)):
+        reach, kept, ((pp, pv, vv),) = motion.step(0.2, unseen)
+        step = np.array([[1.0, reach[0]], [0.0, 1.0 if kept is None else kept[0]]])
+        P, F = step @ P @ step.T + np.array([[pp, pv], [pv, vv]]), step @ F
+        unseen = unseen + 0.2
+    return F[0, 1], P[0, 0]
+
+
+@pytest.mark.parametrize("seconds", [2.0, 3.0, 5.0, 8.0, 15.0, 30.0])
+def test_out_of_view_the_covariance_contains_a_robot_that_turns_back(seconds):
+    """At 0.9 m/s, by 180 deg within 2 s: which a single time constant of 4 s or more does not."""
+    reach, variance = out_of_view(seconds)
+    turning = min(seconds, 2.0)
+    ahead = 0.9 * np.sin(np.pi * turning / 2.0) / (np.pi / 2.0) - 0.9 * (seconds - turning)
+    aside = 0.9 * (1.0 - np.cos(np.pi * turning / 2.0)) / (np.pi / 2.0)
+    assert ((ahead - 0.9 * reach) ** 2 + aside**2) / variance < 13.8
+
+
+@pytest.mark.parametrize("seconds", [2.0, 5.0, 15.0, 30.0, 60.0])
+def test_out_of_view_the_covariance_contains_a_robot_that_goes_straight_on(seconds):
+    """At 1.4 m/s: which a single time constant of 6 s or less does not."""
+    reach, variance = out_of_view(seconds)
+    assert (1.4 * (seconds - reach)) ** 2 / variance < 13.8
