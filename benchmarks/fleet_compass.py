@@ -60,11 +60,11 @@ class Turned:
         self._estimator.add_gimbal(replace(sample, quaternion=quaternion))
 
 
-Flight = tuple[float, float, dict[str, tuple[str, float]]]
+Flight = tuple[float, float, dict[str, tuple[str, float]], list[str]]
 
 
 def flown(cell: Cell, seed: int, wrong: bool) -> Flight:
-    """Return mean squared error, m², and NEES/2 at the end, and who was named when, s."""
+    """Return mean squared error, m², NEES/2 at the end, who was named when, s, who disagreed."""
     made = drones_of(cell, seed, 0.5)
     local = LocalMap(made["a"].flight.origin)
     configs = {name: config_of(cell, noise) for name, noise in zip(made, cell.noises, strict=True)}
@@ -74,12 +74,15 @@ def flown(cell: Cell, seed: int, wrong: bool) -> Flight:
         told += [(s.pose.stamp_ns, name, s) for s in own(one, configs[name], through)[1]]
     told.sort(key=lambda item: item[:2])
     fleet, published, named = Fleet(configs, local), [], dict[str, tuple[str, float]]()
+    disagreed: set[str] = set()
     for _, name, seen in told:
         update = fleet.update(name, seen)
         published.append(update.estimates)
         if update.report.fault:
             named.setdefault(name, (update.report.fault, (seen.stamp_ns - START_NS) * 1e-9))
-    return *errors_at_end(made["a"], local, published), named
+        if update.report.disagrees:
+            disagreed.add(name)
+    return *errors_at_end(made["a"], local, published), named, sorted(disagreed)
 
 
 def main() -> int:
@@ -112,15 +115,17 @@ def main() -> int:
         flights = range(first, first + given.seeds)
         right = [flight(number, seed, False) for seed in flights]
         wrong = [flight(number, seed, True) for seed in flights]
-        times = [named["b"][1] for *_, named in wrong if named.get("b", ("",))[0] == "compass"]
-        others = sum(len(named) for *_, named in right)
-        others += sum(len(named.keys() - {"b"}) for *_, named in wrong)
+        times = [of["b"][1] for *_, of, _ in wrong if of.get("b", ("",))[0] == "compass"]
+        others = sum(len(named) for *_, named, _ in right)
+        others += sum(len(named.keys() - {"b"}) for *_, named, _ in wrong)
         rms = [math.sqrt(float(np.mean([one[0] for one in of]))) for of in (right, wrong)]
         rows.append(
             [
                 f"{len(cell.noises)} drones, {cell.words.removeprefix('3 drones, ')}",
                 f"{len(times)} of {given.seeds}", f"{max(times):.1f}" if times else "-",
-                str(others), f"{rms[0]:.3f}", f"{rms[1]:.3f}",
+                str(others), f"{sum('b' in told for *_, told in wrong)} of {given.seeds}",
+                f"{sum(bool(told) for *_, told in right)} of {given.seeds}",
+                f"{rms[0]:.3f}", f"{rms[1]:.3f}",
                 f"{np.mean([one[1] for one in wrong]):.2f}",
             ]
         )  # fmt: skip
@@ -129,6 +134,8 @@ def main() -> int:
         "named",
         "latest, s",
         "others named",
+        "disagrees",
+        "without it",
         "RMS without it, m",
         "with it, m",
         "NEES/2",

@@ -39,6 +39,7 @@ class Drone:
         stationary: (7, 7) prior covariance of its errors, by its last fix.
         agreement: of its boxes with the other drones.
         fault: what is wrong with it, beyond the errors that it states; None: nothing known.
+        suspected: whether it, or another one, is surely wrong, and which is not known.
         assumed: (7,) errors from which the filter begins: where a fault was found.
         last: its last sighting; None at first.
         view: the camera of that.
@@ -51,6 +52,7 @@ class Drone:
         self.stationary = self._with_clock(self.model.stationary(None))
         self.agreement = Agreement()
         self.fault: Fault | None = None
+        self.suspected = False
         self.assumed = np.zeros(COUNT)
         self.last: Sighting | None = None
         self.view: CameraView | None = None

@@ -119,18 +119,25 @@ def probabilities(suspicions: list[Suspicion]) -> list[float]:
 
 def culprit(suspicions: list[Suspicion]) -> Suspicion | None:
     """Return the likeliest fault of the drone that is surely wrong; None if none surely is."""
+    suspected = suspects(suspicions)
+    if len(suspected) != 1:
+        return None
+    return max((one for one in suspicions if one.drone in suspected), key=lambda one: one.weight)
+
+
+def suspects(suspicions: list[Suspicion]) -> set[int]:
+    """Return the drones of which surely one is wrong; none if it may be that none is.
+
+    Drones that are surely not the wrong one are left out.
+    """
     share: dict[int, float] = {}
-    wrong = 0.0
     for one, probability in zip(suspicions, probabilities(suspicions), strict=True):
         share[one.drone] = share.get(one.drone, 0.0) + probability
-        wrong += probability
+    wrong = sum(share.values())
     if wrong < 1.0 - UNCLEAR:
-        return None
-    for drone, probability in share.items():
-        if probability >= TUNING.sure * wrong:
-            own = [one for one in suspicions if one.drone == drone]
-            return max(own, key=lambda one: one.weight)
-    return None
+        return set()
+    surely = {drone for drone, one in share.items() if one >= TUNING.sure * wrong}
+    return surely or {drone for drone, one in share.items() if one > (1.0 - TUNING.sure) * wrong}
 
 
 def suspicions(state: SharedState, stationary: list[Array]) -> list[Suspicion]:

@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.fleet.drone import Drone
-from aerial_gnss_ros.core.fleet.fault import Fault, culprit, log_ratio, suspicions
+from aerial_gnss_ros.core.fleet.fault import (
+    Fault,
+    Suspicion,
+    culprit,
+    log_ratio,
+    suspects,
+    suspicions,
+)
 from aerial_gnss_ros.core.fleet.fault_trial import Trial, trials
 from aerial_gnss_ros.core.fleet.robots import FleetRobot
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
@@ -75,6 +82,7 @@ class FaultSearch:
         self._drones, self._speed = drones, speed
         self._weighed_ns: int | None = None
         self._since: dict[tuple[int, bool], int] = {}
+        self._suspected_ns: dict[int, int] = {}
         self._tried_ns, self._pause_s = 0, TUNING.every_s
 
     def update(self, state: SharedState, robots: list[FleetRobot], now_ns: int) -> Found | None:
@@ -92,14 +100,25 @@ class FaultSearch:
         stationary = [one.stationary for one in self._drones]
         self._take_back(state, stationary)
         if any(one.fault is not None for one in self._drones):
+            self._suspect([], now_ns)
             return None  # what the others show then has one cause
-        found = culprit(suspicions(state, stationary))
+        suspected = suspicions(state, stationary)
+        self._suspect(suspected, now_ns)
+        found = culprit(suspected)
         if found is not None and self._lasts(found.drone, False, now_ns):
             return Found(found.drone, found.fault)
         if self._contradicted(robots, now_ns):
             return self._by_trial(stationary, now_ns)
         self._pause_s = TUNING.every_s
         return None
+
+    def _suspect(self, suspected: list[Suspicion], now_ns: int) -> None:
+        """Note which drones have been suspected for some time: one of them is wrong."""
+        wrong = suspects(suspected)
+        self._suspected_ns = {one: self._suspected_ns.get(one, now_ns) for one in sorted(wrong)}
+        for number, one in enumerate(self._drones):
+            since_ns = self._suspected_ns.get(number, now_ns)
+            one.suspected = now_ns - since_ns >= TUNING.sure_s * 1e9
 
     def _by_trial(self, stationary: list[Array], now_ns: int) -> Found | None:
         """Return the drone whose fault makes the last images agree."""

@@ -431,6 +431,7 @@ class Fleet:
             one.name, seen.stamp_ns, one.agreement.ratio,
             sum(len(robot.labels) > 1 for robot in known), offset, sigma,
             one.fault is not None
+            or one.suspected
             or one.agreement.disagrees
             or displaced(self.robots, drone, now_ns) > 0.0,
             one.fault.sensor if one.fault is not None else "",

@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.fleet.fault import (
     Suspicion,
     culprit,
     log_ratio,
+    suspects,
     suspicions,
 )
 
@@ -62,6 +63,24 @@ def test_a_drone_is_named_only_if_no_other_could_be_it():
     assert culprit([surely, Suspicion(1, gimbal, 14.0)]) is surely  # whatever is wrong with it
     assert culprit([Suspicion(1, compass, math.log(0.5 / TUNING.probability))]) is None
     assert culprit([]) is None
+
+
+@pytest.mark.parametrize(
+    ("ratios", "expected"),
+    [
+        ([15.0, 15.0], {0, 1}),
+        ([15.0, 12.0], {0, 1}),  # 4.7 % are not excluded
+        ([15.0, 10.0], {0}),
+        ([9.0, 15.0], {1}),
+        ([15.0, 15.0, 9.0], {0, 1}),  # a right one is not drawn in
+        ([7.0, 7.0], {0, 1}),  # 96 % together
+        ([7.0], set()),  # 92 %
+        ([], set()),
+    ],
+)
+def test_drones_are_suspected_where_surely_one_is_wrong(ratios, expected):
+    found = [Suspicion(drone, FAULTS[0], ratio) for drone, ratio in enumerate(ratios)]
+    assert suspects(found) == expected
 
 
 @pytest.mark.parametrize("drone", [0, 1])

@@ -63,6 +63,19 @@ def test_a_compass_that_fails_in_flight_is_named(fleet_of, turned):
         assert flown.errors([one])[one.robot_id][0] < 4.0 * one.sigma
 
 
+def test_with_two_poor_receivers_a_wrong_compass_is_either_s(fleet_of, turned):
+    def spoil(name, estimator):
+        return turned(estimator, math.radians(10.0)) if name == "b" else estimator
+
+    right = fleet_of(noises=("consumer", "consumer"), seed=18, duration=12.0)
+    assert named(right.together()[1]) == ({}, {"a": "", "b": ""})
+    wrong = fleet_of(noises=("consumer", "consumer"), seed=18, duration=12.0, spoil=spoil)
+    first, last = named(wrong.together()[1])
+    assert {*first} == {"a", "b"}
+    assert max(first.values()) < 10.0
+    assert last == {"a": "", "b": ""}
+
+
 def test_with_two_drones_a_wrong_receiver_is_either_s(fleet_of, shifted):
     def spoil(name, estimator):
         return shifted(estimator, 10.0) if name == "b" else estimator
