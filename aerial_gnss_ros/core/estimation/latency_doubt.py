@@ -172,7 +172,7 @@ class LatencyDoubt:
             return
         self._moved_s += self._moved(stamp_ns, scene.in_map)
         self._last = stamp_ns, scene.in_map
-        gains = evidence.gains(self.search.noise)
+        gains = evidence.gains(self.search.excess)
         far = gains[np.abs(self.search.corrections) > TUNING.settled_apart_s]
         gains = np.delete(gains, evidence.configured)
         prior = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))

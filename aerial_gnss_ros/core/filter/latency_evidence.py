@@ -77,12 +77,6 @@ class Stretch:
     levels: list[float] = field(default_factory=list)
     jumps_s: list[float] = field(default_factory=list)
 
-    @property
-    def most(self) -> Array:
-        """Greatest cost (n, 1) of an image."""
-        kinds = [sum(one is not None for one in sizes) for sizes in self.sizes]
-        return (TUNING.most_squares - EXPECTED) * np.array(kinds, dtype=np.float64)[:, None]
-
 
 def disturbed(times: Array, jumps_s: Sequence[float]) -> Mask:
     """Return whether telemetry of times (…) has jumped about then, s."""
@@ -152,6 +146,8 @@ class LatencyEvidence:
         for fit, size in zip(fits, stretch.sizes[row], strict=True):
             if fit is not None and size is not None:
                 cost += np.minimum(fit[0], TUNING.most_squares) - EXPECTED + fit[1] - size
+        number = sum(one is not None for one in stretch.sizes[row])
+        cost = np.minimum(cost, number * (TUNING.most_squares - EXPECTED))
         if known is not None:
             cost[~known] = np.inf
         stretch.costs[row][part] = cost
@@ -179,17 +175,17 @@ class LatencyEvidence:
                 return (stretch, row) if found else None
         return None
 
-    def gains(self, noise: float, against: int | None = None) -> Array:
+    def gains(self, excess: float, against: int | None = None) -> Array:
         """Return the log likelihood (h,) of each candidate over one of them.
 
         Args:
-            noise: ratio of the boxes' squared residuals to the stated noise.
+            excess: ratio of the boxes' squared residuals to the stated noise, at least 1.
             against: index of that one; None: the configured latency. Candidates are comparable with
                 one another by what each gains over the best: over the configured latency one with
                 more images gains more.
         """
         own = self._zero if against is None else against
-        each = [self._gains(by_telemetry, own, noise) for by_telemetry in (False, True)]
+        each = [self._gains(by_telemetry, own, excess) for by_telemetry in (False, True)]
         return np.minimum(*each) / (2.0 * TUNING.caution)
 
     @property
@@ -197,13 +193,13 @@ class LatencyEvidence:
         """Index of the configured latency."""
         return self._zero
 
-    def _gains(self, by_telemetry: bool, base: int, noise: float) -> Array:
+    def _gains(self, by_telemetry: bool, base: int, excess: float) -> Array:
         """Return by how much (h,) the candidates cost less than one of them.
 
         Args:
             by_telemetry: over the same telemetry, not the same images.
             base: index of that one.
-            noise: see `gains`.
+            excess: see `gains`.
         """
         late = self._corrections
         own, other = np.zeros((2, len(late))), np.zeros((2, len(late)))
@@ -211,8 +207,8 @@ class LatencyEvidence:
             if not stretch.times_s:
                 continue
             times, cost = np.array(stretch.times_s)[:, None], np.array(stretch.costs)
-            weight = (np.array(stretch.levels) / noise)[:, None]
-            cost = np.where(np.isfinite(cost), np.minimum(weight * cost, stretch.most), cost)
+            weight = np.minimum(np.array(stretch.levels) / excess, 1.0)[:, None]
+            cost = np.where(np.isfinite(cost), weight * cost, cost)
             right = ~disturbed(times - late, stretch.jumps_s) & np.isfinite(cost)
             cost = np.where(right, cost, 0.0)
             right_own = right[:, base, None]

@@ -67,8 +67,6 @@ class LatencySearchTuning:
     often: float = 0.5
     """Share of the images of the candidate with most of which others have enough to tell how large
     the noise is. Judged."""
-    stated_images: float = 10.0
-    """Number of images for which stated noise counts where residuals are smaller. Judged."""
     posterior_steps: int = 20
     """Grid points of the posterior between two candidates. Judged."""
     most_waiting: int = 100
@@ -162,8 +160,8 @@ class LatencySearch:
     def conclude(self) -> None:
         """Take over what decided for another latency, and weigh no more."""
         if self.evidence is not None:
-            best = int(np.argmax(self.evidence.gains(self.noise)))
-            self._cost = -2.0 * self.excess * self.evidence.gains(self.noise, best)
+            best = int(np.argmax(self.evidence.gains(self.excess)))
+            self._cost = -2.0 * self.excess * self.evidence.gains(self.excess, best)
             self._images = max(self._images, 1.0)
         self.evidence = None
         self._conclude(self._posterior())
@@ -208,18 +206,10 @@ class LatencySearch:
     @property
     def excess(self) -> float:
         """Ratio of the boxes' squared residuals to the stated noise, at least 1."""
-        return max(1.0, self.noise)
-
-    @property
-    def noise(self) -> float:
-        """The same ratio, at the candidate that fits best; below 1 only as far as images tell."""
         often = np.flatnonzero(self._fits >= TUNING.often * self._fits.max())
         fits = np.maximum(self._fits[often], 1.0)
         best = int(np.argmin(self._cost[often] / fits))
-        found, number = 0.5 * float(self._squares[often[best]]), float(fits[best])
-        if found >= number:
-            return found / number
-        return (found + TUNING.stated_images) / (number + TUNING.stated_images)
+        return max(1.0, float(self._squares[often[best]]) / (2.0 * float(fits[best])))
 
     def _compare(self, band: LatencyBand, seen: BankObservation, centers: Array) -> bool:
         """Take an image to a band; return False where telemetry for it may still come."""
