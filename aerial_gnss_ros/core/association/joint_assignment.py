@@ -32,16 +32,15 @@ Array = NDArray[np.float64]
 class JointAssignmentTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    most_pairs: int = 128
+    most_joint_pairs: int = 128
     """Pairs beyond which each is judged by itself, because of the cost. Judged."""
-    suggesting_pairs: int = 32
-    """Greatest number of pairs, the nearest ones, that suggest an assignment. Judged."""
+    suggesting_pairs: int = 30
+    """The nearest pairs, up to this number, suggest an assignment each. Judged."""
+    joint_rounding: float = 1e-9
+    """Share of the largest variance by which a covariance may fail to be positive definite."""
 
 
 TUNING = JointAssignmentTuning()
-
-ROUNDING = 1e-9
-"""Of the largest variance: a covariance may be that far from positive definite."""
 
 
 def jointly_likeliest(
@@ -104,6 +103,6 @@ def _cost(
         return total
     place = np.array([[2 * i, 2 * i + 1] for i in chosen]).ravel()
     K = covariance[np.ix_(place, place)]
-    lower = np.linalg.cholesky(K + ROUNDING * K.diagonal().max() * np.eye(len(K)))
+    lower = np.linalg.cholesky(K + TUNING.joint_rounding * K.diagonal().max() * np.eye(len(K)))
     white = np.linalg.solve(lower, offsets[chosen].ravel())
     return total + float(white @ white) + 2.0 * float(np.log(lower.diagonal()).sum())

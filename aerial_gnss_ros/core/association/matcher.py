@@ -105,7 +105,7 @@ class Matcher:
     def _judged_jointly(self, candidates: CandidatePairs, seen: Measurements) -> CandidatePairs:
         """Return the candidates with the assignment of robots that is likeliest for all boxes."""
         inside = candidates.inside
-        if not candidates.contested or len(inside) > JOINT_ASSIGNMENT.most_pairs:
+        if not candidates.contested or len(inside) > JOINT_ASSIGNMENT.most_joint_pairs:
             return candidates
         pairs = candidates.pairs.of(inside)
         covariance = self._filter.compare_jointly(seen, pairs)

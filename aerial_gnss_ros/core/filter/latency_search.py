@@ -67,6 +67,8 @@ class LatencySearchTuning:
     often: float = 0.5
     """Share of the images of the candidate with most of which others have enough to tell how large
     the noise is. Judged."""
+    elsewhere: float = 0.1
+    """Probability before any image that the latency is none that is expected. Judged."""
     posterior_steps: int = 20
     """Grid points of the posterior between two candidates. Judged."""
     most_waiting: int = 100
@@ -74,9 +76,6 @@ class LatencySearchTuning:
 
 
 TUNING = LatencySearchTuning()
-
-ELSEWHERE = 0.1
-"""Probability before any image that the latency is none that is expected. Judged."""
 
 
 class LatencySearch:
@@ -315,8 +314,8 @@ class LatencySearch:
         if not self.stamp_sigma_s:
             return -0.5 * squared
         near = (self.corrections + self._stamped_late_s) / self.stamp_sigma_s
-        anywhere = ELSEWHERE * np.exp(-0.5 * squared) / self._sigma
-        late = (1.0 - ELSEWHERE) * np.exp(-0.5 * np.square(near)) / self.stamp_sigma_s
+        anywhere = TUNING.elsewhere * np.exp(-0.5 * squared) / self._sigma
+        late = (1.0 - TUNING.elsewhere) * np.exp(-0.5 * np.square(near)) / self.stamp_sigma_s
         return np.asarray(np.log(anywhere + late))
 
     def _prior_variance(self, about: float) -> float:
@@ -324,7 +323,7 @@ class LatencySearch:
         if not self.stamp_sigma_s:
             return self._sigma**2
         late = self.stamp_sigma_s**2 + (about + self._stamped_late_s) ** 2
-        return ELSEWHERE * (self._sigma**2 + about**2) + (1.0 - ELSEWHERE) * late
+        return TUNING.elsewhere * (self._sigma**2 + about**2) + (1.0 - TUNING.elsewhere) * late
 
     def _pose(self, stamp_ns: int) -> MapPose | bool:
         """Return the camera at a time; without one, whether its telemetry may still arrive."""

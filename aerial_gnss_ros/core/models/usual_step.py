@@ -12,7 +12,7 @@ from dataclasses import dataclass
 class UsualStepTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    memory_s: float = 5.0
+    usual_memory_s: float = 5.0
     """Time over which the usual step is determined, s. Judged."""
     odd_ratio: float = 5.0
     """Ratio to the usual step above which a step is conspicuous. Judged."""
@@ -37,5 +37,5 @@ class UsualStep:
 
     def update(self, step: float, seconds: float) -> None:
         """Take in a step, some seconds after the previous one."""
-        share = 1.0 - math.exp(-seconds / TUNING.memory_s)
+        share = 1.0 - math.exp(-seconds / TUNING.usual_memory_s)
         self._squared += share * (step**2 - self._squared)
