@@ -151,17 +151,18 @@ class LatencyTrial:
     def mixed(self, result: FrameResult, probability: float, local: LocalMap) -> FrameResult:
         """Return a published result as moments of the mixture with this trial's robots.
 
-        While images wait, its robots are predicted over seconds: the mean stays then.
+        While images wait, its robots are those of seconds ago, and the result stays as it is.
 
         Args:
             result: by the configured latency.
             probability: of another latency.
             local: the frame `map`.
         """
-        moved = 0.0 if self.behind else probability
+        if self.behind:
+            return result
         others = [self._robots.get(one.robot_id) for one in result.estimates]
         estimates = [
-            one if other is None else _mixture(one, other, probability, moved, local)
+            one if other is None else _mixture(one, other, probability, local)
             for one, other in zip(result.estimates, others, strict=True)
         ]
         return replace(result, estimates=tuple(estimates))
@@ -190,24 +191,23 @@ class LatencyTrial:
 
 
 def _mixture(
-    one: RobotEstimate, late: RobotEstimate, probability: float, moved: float, local: LocalMap
+    one: RobotEstimate, late: RobotEstimate, probability: float, local: LocalMap
 ) -> RobotEstimate:
-    """Return an estimate with second moments of two hypotheses about a mean between both.
+    """Return an estimate with the first two moments of two hypotheses.
 
     Args:
         one: by the first hypothesis.
         late: by the second one, of an earlier time: the robot goes on as it is.
         probability: of the second hypothesis.
-        moved: share of the way from the first one's mean to the second one's.
         local: the frame `map`.
     """
     step = np.eye(4)
     step[:2, 2:] = (one.stamp_ns - late.stamp_ns) * 1e-9 * np.eye(2)
     first = np.concatenate([one.position, one.velocity])
     off = step @ np.concatenate([late.position, late.velocity]) - first
-    mean = first + moved * off
+    mean = first + probability * off
     latitude, longitude = local.places(mean[None, :2])
-    spread = (1.0 - probability) * moved**2 + probability * (1.0 - moved) ** 2
+    spread = probability * (1.0 - probability)
     own, other = one.covariance, step @ late.covariance @ step.T
     return replace(
         one,
