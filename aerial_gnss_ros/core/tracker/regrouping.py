@@ -91,9 +91,7 @@ class Regrouping:
             found: row of the robot by row of the track.
         """
         tracks = self._table.tracks
-        old = {
-            track.previous_label: row for row, track in enumerate(tracks) if track.previous_label
-        }
+        old = self._previous()
         pairs = [(old.get(tracks[robot].robot_id), row) for row, robot in found.items()]
         rows = [row for row, _ in pairs if row is not None]
         if len(rows) < len(pairs):
@@ -116,9 +114,7 @@ class Regrouping:
             found: row of the robot by row of the track.
         """
         tracks, (mean, _) = self._table.tracks, self._table.filter.moments()
-        old = {
-            track.previous_label: row for row, track in enumerate(tracks) if track.previous_label
-        }
+        old = self._previous()
         first = [old.get(tracks[robot].robot_id, robot) for robot in found.values()]
         offsets = mean[list(found), :2] - mean[first, :2]
         return float(np.sum(offsets**2, axis=1).max())
