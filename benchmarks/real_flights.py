@@ -126,8 +126,8 @@ class Flight:
                 yield chain[0][1], found
 
 
-def fly(folder: Path, config: EstimatorConfig) -> Flight:
-    """Import and replay a flight."""
+def fly(folder: Path, config: EstimatorConfig, every_row: bool = False) -> Flight:
+    """Import and replay a flight, with a sample for each row or for each new one."""
     rows = read(folder / "telemetry.csv")
     stamps = {row["frame_no"]: stamp(row) for row in rows}
     boxes = [
@@ -148,7 +148,7 @@ def fly(folder: Path, config: EstimatorConfig) -> Flight:
     engine = Estimator(config)
     with tempfile.TemporaryDirectory() as place, patch.object(Tracker, "update", watched):
         bag = Path(place) / "bag"
-        write_bag(folder, bag)
+        write_bag(folder, bag, every_row)
         with open_bag([bag]) as opened:
             replay = Replay(opened, config, DetectorConfig(), _none, estimator=engine)
             flight.results = list(replay.results())
@@ -242,13 +242,15 @@ def main() -> None:
     parser.add_argument("--only", default="", help="flights whose names contain this")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE",
                         help="a parameter other than the default")  # fmt: skip
+    parser.add_argument("--every-row", action="store_true",
+                        help="telemetry that repeats itself is sent again")  # fmt: skip
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
     config = estimator_config({key: _value(text) for key, text in map(_halves, given.set)})
     rows = []
     for one in sorted(given.flights.iterdir()):
         if given.only in one.name and (one / "boxes.csv").is_file():
-            rows.append(line(one.name, fly(one, config)))
+            rows.append(line(one.name, fly(one, config, given.every_row)))
             print(" | ".join(rows[-1]), flush=True)
     show(columns(HEADS, rows), given.markdown)
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Imports a recorded flight with hand-made boxes: two tables become a bag that can be replayed.
 
-python benchmarks/real_water.py FLIGHT BAG
+python benchmarks/real_water.py FLIGHT BAG [--every-row]
 
 FLIGHT is a folder with `telemetry.csv` (frame_no, t_s, latitude_deg, longitude_deg,
 height_above_takeoff_m, compass_heading_deg, gimbal_heading_deg, gimbal_pitch_down_deg,
@@ -10,7 +10,8 @@ datetime_utc, width_px, height_px) and `boxes.csv` (frame_no, class, x_px, y_px,
 height_px: left, top and size; an empty class is an image without boxes), as the flights of
 SeaDronesSee can be had. Headings count clockwise from north, pitch downward from the horizon. The
 drone writes its telemetry once a second or more seldom, and a row repeats what was written last: a
-sample is put into the bag where `datetime_utc` changes. Roll is not recorded; the gimbal keeps it
+sample is put into the bag where `datetime_utc` changes, or with `--every-row` for each row, as a
+driver does that sends the last value again. Roll is not recorded; the gimbal keeps it
 at zero.
 """
 
@@ -75,8 +76,8 @@ def written(rows: list[Row]) -> list[Row]:
 
 
 def telemetry(rows: list[Row]) -> Iterator[Message]:
-    """Yield fix, gimbal and height above take-off."""
-    for row in written(rows):
+    """Yield fix, gimbal and height above take-off of some rows."""
+    for row in rows:
         at = stamp(row)
         latitude, longitude = (
             math.radians(float(row[f"{k}_deg"])) for k in ("latitude", "longitude")
@@ -117,14 +118,20 @@ def read(path: Path) -> list[Row]:
         return list(csv.DictReader(file))
 
 
-def write_bag(flight: Path, bag: Path) -> dict[str, int]:
+def write_bag(flight: Path, bag: Path, every_row: bool = False) -> dict[str, int]:
     """Write a flight's bag; return the number of messages by topic.
+
+    Args:
+        flight: folder of the two tables.
+        bag: to write.
+        every_row: whether rows that repeat the last telemetry become samples, too.
 
     Raises:
         OutputError: the bag exists already, or cannot be written.
     """
     rows, boxes = read(flight / "telemetry.csv"), read(flight / "boxes.csv")
-    merged = heapq.merge(telemetry(rows), images(rows, boxes), key=lambda one: one[0])
+    sent = telemetry(rows if every_row else written(rows))
+    merged = heapq.merge(sent, images(rows, boxes), key=lambda one: one[0])
     with BagWriter(bag) as writer:
         for at, topic, kind, values in merged:
             writer.write(topic, kind, at, values, RELIABLE if topic == "detections" else SENSOR)
@@ -136,8 +143,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("flight", type=Path, metavar="FLIGHT", help="folder of the two tables")
     parser.add_argument("bag", type=Path, metavar="BAG", help="bag to write")
+    parser.add_argument("--every-row", action="store_true", help="a sample for each row")
     given = parser.parse_args()
-    for topic, count in sorted(write_bag(given.flight, given.bag).items()):
+    counts = write_bag(given.flight, given.bag, given.every_row)
+    for topic, count in sorted(counts.items()):
         print(f"{count:6d} {topic}")
 
 

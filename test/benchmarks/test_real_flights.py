@@ -73,6 +73,8 @@ def test_a_flight_becomes_a_bag_with_each_sample_once(folder, tmp_path):
     assert (centre.x, centre.y) == (1920.0, 1080.0)
     stamps = [log_ns for topic, log_ns, _ in found if topic == "/fix"]
     assert stamps[1] - stamps[0] == 1_000_000_000
+    counts = real_water.write_bag(folder, tmp_path / "each", every_row=True)
+    assert [counts[f"/{name}"] for name in ("fix", "gimbal", "height")] == [3, 3, 3]
 
 
 def test_headings_count_from_north_and_pitch_downward(folder):

@@ -184,6 +184,12 @@ class Intake:
     def _keep(self, source: Input, value: Fix | Orientation | Scalar) -> str:
         """Store a sample; return why it is unusable, else empty."""
         trouble = self._inputs.add(source, self._time.shifted(value))
+        if self._inputs.sent_again:
+            self._log.warn_once(
+                "sent again",
+                "Each position of the drone is sent several times until the next is measured: only "
+                "the first sample of each value is used, of all inputs.",
+            )
         return trouble or self._look_for_move()
 
     def _look_for_move(self) -> str:

@@ -16,6 +16,7 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.telemetry.cameras import Cameras
 from aerial_gnss_ros.core.telemetry.depths import Depths
+from aerial_gnss_ros.core.telemetry.held_values import HeldValues
 from aerial_gnss_ros.core.telemetry.input_status import InputState, InputStatus
 from aerial_gnss_ros.core.telemetry.interpolation_error import (
     InterpolationError,
@@ -54,7 +55,8 @@ class TelemetryBuffers:
     """Stores telemetry and returns its values at a time.
 
     Unusable samples (NaN, no fix, a quaternion that is not unit) are stored as such: a scene
-    between them is refused instead of interpolated across them.
+    between them is refused instead of interpolated across them. Values that are sent again until
+    the next is measured are not stored.
 
     Attributes:
         depths: of robots.
@@ -67,6 +69,7 @@ class TelemetryBuffers:
         self._config = config
         self._keep_s = keep_s
         self.plausibility = Plausibility(config)
+        self._held = HeldValues()
         self._series: dict[Input, Series[Fix] | Series[Orientation] | Series[Scalar]] = {}
         self._constants: dict[Input, Fix | Orientation | Scalar] = {}
         self._errors: dict[Input, InputError] = {}
@@ -119,6 +122,11 @@ class TelemetryBuffers:
         self.references = self.references.replaced(config.references)
 
     @property
+    def sent_again(self) -> bool:
+        """Whether positions are sent again until the next one is measured."""
+        return self._held.held_s > 0.0
+
+    @property
     def constant_fix(self) -> Fix | None:
         """The position of a camera on a mast, None for one that flies."""
         return cast("Fix | None", self._constants.get(Input.FIX))
@@ -149,11 +157,33 @@ class TelemetryBuffers:
         if late_ns:
             kept = replace(kept, stamp_ns=kept.stamp_ns - late_ns)
         series = self._series.get(source)
-        if series is not None:
-            series.add(kept)  # type: ignore[arg-type]
-            if not trouble:
-                self._errors[source].add(kept)  # type: ignore[arg-type]
+        if series is None:
+            return trouble
+        if not trouble:
+            if isinstance(kept, Fix):
+                self._judge_held(kept)
+            last = series.last
+            if last is not None and self._held.repeats(last, kept):
+                return trouble
+            self._errors[source].add(kept)  # type: ignore[arg-type]
+        series.add(kept)  # type: ignore[arg-type]
         return trouble
+
+    def _judge_held(self, fix: Fix) -> None:
+        """Judge by a position whether values are sent again until the next is measured."""
+        known = self.sent_again
+        self._held.update(fix)
+        if self.sent_again and not known:
+            self._discard_repeated()
+
+    def _discard_repeated(self) -> None:
+        """Remove what has been stored of values that were sent again."""
+        for source, series in self._series.items():
+            series.discard_repeated(self._held.repeats)
+            error = self._errors[source]
+            error.clear()
+            for value in series.values:
+                error.add(value)  # type: ignore[arg-type]
 
     def _judged(
         self, source: Input, value: Fix | Orientation | Scalar
@@ -179,6 +209,8 @@ class TelemetryBuffers:
             if source.value in names:
                 series.clear()
                 self._errors[source].clear()
+                if source is Input.FIX:
+                    self._held.clear()
         self.plausibility.clear()
 
     def clear(self, kept: Collection[str] = ()) -> None:

@@ -122,6 +122,11 @@ class Series(Generic[T]):
         """The sample with the newest stamp."""
         return self._values[-1] if len(self) else None
 
+    @property
+    def values(self) -> list[T]:
+        """The samples kept, the oldest first."""
+        return self._values[self._start :]
+
     def stamps(self, first_ns: int, last_ns: int) -> list[int]:
         """Return the stamps of the samples from one time to another, ns."""
         first = bisect_left(self._stamps, first_ns, lo=self._start)
@@ -147,6 +152,19 @@ class Series(Generic[T]):
             self._stamps.insert(place, stamp)
             self._values.insert(place, value)
         self._forget()
+
+    def discard_repeated(self, repeats: Callable[[T, T], bool]) -> None:
+        """Remove samples that repeat the last one kept before them.
+
+        Args:
+            repeats: tells that of the earlier and the later one.
+        """
+        kept: list[T] = []
+        for value in self.values:
+            if not (kept and repeats(kept[-1], value)):
+                kept.append(value)
+        self._values, self._start = kept, 0
+        self._stamps = [value.stamp_ns for value in kept]
 
     def at(self, stamp_ns: int) -> Sample[T] | Missing:
         """Return the value at a time, or why there is none."""

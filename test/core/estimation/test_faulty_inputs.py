@@ -258,3 +258,32 @@ def test_boxes_of_ten_times_the_noise_exchange_no_names(beginnings):
             own[row.robot_id] = nearest
         elif t > END_S + 3.0:
             assert own.get(row.robot_id, nearest) == nearest
+
+
+def test_positions_that_a_driver_sends_again_do_not_make_the_drone_jump(sea):
+    """Measured 4 times a second, sent 20 times; the drone flies 4 m/s to and fro over two robots.
+
+    Taken for measurements they put it up to a metre behind.
+    """
+
+    def drone(t):
+        return 8.0 * math.sin(0.5 * t), 0.0, 30.0
+
+    robots = {"a": lambda _t: (1.0, 17.0), "b": lambda _t: (-4.0, 20.0)}
+    world = sea.World(drone=drone, robots=robots, pixel_sigma=1.0)
+    sent = {name: getattr(world, name) for name in ("fix", "gimbal", "height")}
+    for name, measured in sent.items():
+        setattr(world, name, lambda t, measured=measured: replace(
+            measured(math.floor(4.0 * t + 1e-6) / 4.0), stamp_ns=sea.stamp(t)
+        ))  # fmt: skip
+    engine = sea.estimator({"method": "single"})
+    results = sea.play(engine, world, 12.0)
+    truth = np.array([place(0.0) for place in robots.values()])
+    errors = [
+        np.linalg.norm(truth - one.position, axis=1).min()
+        for result in results[20:]
+        for one in result.estimates
+    ]
+    assert len(errors) == 2 * len(results[20:])
+    assert max(errors) < 0.3
+    assert sum("sent several times" in one for one in engine.events) == 1

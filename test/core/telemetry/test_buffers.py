@@ -136,3 +136,20 @@ def test_inputs_whose_clocks_were_set_are_forgotten_alone():
     inputs = filled(dict.fromkeys(SENT, (0.9, 1.1)))
     inputs.forget(("height",))
     assert inputs.at(10**9).reason is Reason.NO_HEIGHT
+
+
+def test_values_that_are_sent_again_are_interpolated_between_measurements():
+    """Heights of 1 Hz at 4 Hz rise by 1 m a second; so they do before that was known, too."""
+    inputs = TelemetryBuffers(estimator_config({}))
+    for k in range(21):
+        ns, measured = 10**18 + k * 250_000_000, k // 4
+        inputs.add(Input.FIX, Fix(ns, 0.2 + 1e-7 * measured, -1.0, 0.0))
+        inputs.add(Input.GIMBAL, Orientation(ns, LEVEL))
+        inputs.add(Input.HEIGHT, Scalar(ns, 20.0 + measured))
+        assert inputs.sent_again == (k >= 12)
+    for t in (0.75, 1.5, 3.8):
+        found = inputs.at(10**18 + round(t * 1e9))
+        assert found.height == pytest.approx(20.0 + t)
+        assert found.fix.latitude == pytest.approx(0.2 + 1e-7 * t, abs=1e-13)
+    inputs.clear()
+    assert not inputs.sent_again
