@@ -47,6 +47,8 @@ class LatencyEvidenceTuning:
     """Rounding of times, s."""
     most_images: int = 400
     """Number of images that are kept. Judged."""
+    least_variance: float = 1.0
+    """Added to the variance of the images' differences: a few may agree by chance. Judged."""
 
 
 TUNING = LatencyEvidenceTuning()
@@ -185,45 +187,61 @@ class LatencyEvidence:
                 more images gains more.
         """
         own = self._zero if against is None else against
-        each = [self._gains(by_telemetry, own, excess) for by_telemetry in (False, True)]
-        return np.minimum(*each) / (2.0 * TUNING.caution)
+        return np.minimum(self._by_images(own, excess), self._by_telemetry(own, excess))
+
+    def _by_images(self, base: int, excess: float) -> Array:
+        """Return the log likelihoods (h,) over one candidate by the images that both have.
+
+        Telemetry that is rounded or interpolated has another error at each candidate's time, which
+        is in no noise that was stated. Then images favour now one candidate and now another; if
+        their differences have the mean m and the variance s², n of them tell n m² / 2 s² at most.
+        """
+        count, total, squares = np.zeros((3, len(self._corrections)))
+        for stretch in self._stretches:
+            if not stretch.times_s:
+                continue
+            cost, right = self._weighed(stretch, excess)
+            right = right & right[:, base, None]
+            apart = np.where(right, cost[:, base, None] - cost, 0.0)
+            count += right.sum(axis=0)
+            total += apart.sum(axis=0)
+            squares += np.square(apart).sum(axis=0)
+        count = np.maximum(count, 1.0)
+        variance = np.maximum(squares - total**2 / count, 0.0) / count + TUNING.least_variance
+        sure = 0.5 * total**2 / (count * variance)
+        return np.asarray(np.minimum(total / (2.0 * TUNING.caution), sure))
+
+    def _weighed(self, stretch: Stretch, excess: float) -> tuple[Array, Mask]:
+        """Return costs (n, h) of a stretch in units of the noise, and which of them count."""
+        times, cost = np.array(stretch.times_s)[:, None], np.array(stretch.costs)
+        weight = np.minimum(np.array(stretch.levels) / excess, 1.0)[:, None]
+        cost = np.where(np.isfinite(cost), weight * cost, cost)
+        right = ~disturbed(times - self._corrections, stretch.jumps_s) & np.isfinite(cost)
+        return np.where(right, cost, 0.0), right
 
     @property
     def configured(self) -> int:
         """Index of the configured latency."""
         return self._zero
 
-    def _gains(self, by_telemetry: bool, base: int, excess: float) -> Array:
-        """Return by how much (h,) the candidates cost less than one of them.
-
-        Args:
-            by_telemetry: over the same telemetry, not the same images.
-            base: index of that one.
-            excess: see `gains`.
-        """
+    def _by_telemetry(self, base: int, excess: float) -> Array:
+        """Return the log likelihoods (h,) over one candidate by the same telemetry."""
         late = self._corrections
         own, other = np.zeros((2, len(late))), np.zeros((2, len(late)))
         for stretch in self._stretches:
             if not stretch.times_s:
                 continue
-            times, cost = np.array(stretch.times_s)[:, None], np.array(stretch.costs)
-            weight = np.minimum(np.array(stretch.levels) / excess, 1.0)[:, None]
-            cost = np.where(np.isfinite(cost), weight * cost, cost)
-            right = ~disturbed(times - late, stretch.jumps_s) & np.isfinite(cost)
-            cost = np.where(right, cost, 0.0)
-            right_own = right[:, base, None]
-            if by_telemetry:
-                first = times[0] - np.minimum(late, late[base])
-                last = times[-1] - np.maximum(late, late[base])
-                in_own = right_own & _within(times - late[base], first, last)
-                in_other = right & _within(times - late, first, last)
-            else:
-                in_own = in_other = right & right_own
+            times = np.array(stretch.times_s)[:, None]
+            cost, right = self._weighed(stretch, excess)
+            first = times[0] - np.minimum(late, late[base])
+            last = times[-1] - np.maximum(late, late[base])
+            in_own = right[:, base, None] & _within(times - late[base], first, last)
+            in_other = right & _within(times - late, first, last)
             own += (in_own * cost[:, base, None]).sum(axis=0), in_own.sum(axis=0)
             other += (in_other * cost).sum(axis=0), in_other.sum(axis=0)
         number = np.minimum(own[1], other[1])
         mean = [one[0] / np.maximum(one[1], 1.0) for one in (own, other)]
-        return np.asarray(number * (mean[0] - mean[1]))
+        return np.asarray(number * (mean[0] - mean[1]) / (2.0 * TUNING.caution))
 
 
 def _within(times: Array, first: Array, last: Array) -> Mask:
