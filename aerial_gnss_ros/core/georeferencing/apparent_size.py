@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
+from aerial_gnss_ros.core.georeferencing.size_fit import SizeFit
 from aerial_gnss_ros.core.numerics.small_arrays import row_products
 
 Array = NDArray[np.float64]
@@ -48,8 +49,8 @@ class SizeCheck:
         """Whether any class has a length."""
         return bool(self._lengths)
 
-    def wrong(self, frame: PosedFrame, points: WaterPoints) -> Mask:
-        """Return which boxes (n,) have a wrong size for a robot of their class.
+    def fit(self, frame: PosedFrame, points: WaterPoints) -> SizeFit:
+        """Return how the boxes' sizes compare with the lengths of robots of their class.
 
         Args:
             frame: the boxes with camera and pose.
@@ -62,22 +63,36 @@ class SizeCheck:
         longer, diagonal = extents.max(axis=1), np.hypot(extents[:, 0], extents[:, 1])
         depression = np.minimum(frame.pose.height / points.range_m, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            sigma = self._sigma(frame, points)
-            too_long = np.log(longer / bounds[:, 1]) > WRONG_SIGMAS * sigma
-            too_short = np.log(bounds[:, 0] * depression / diagonal) > WRONG_SIGMAS * sigma
-        found: Mask = points.valid & (too_long | (too_short & whole))
-        return found
+            shared, white = self._variances(frame, points)
+            excess = np.log(longer / bounds[:, 1])
+            shortfall = np.log(bounds[:, 0] * depression / diagonal)
+        return SizeFit(shortfall, excess, shared, white, whole)
 
-    def _sigma(self, frame: PosedFrame, points: WaterPoints) -> Array:
-        """Return one sigma (n,) of the logarithm of an extent in metres over the robot's."""
+    def _variances(self, frame: PosedFrame, points: WaterPoints) -> tuple[Array, Array]:
+        """Return variances (n,) of the logarithm of an extent in metres over the robot's.
+
+        Returns:
+            What all boxes of a robot have in common, and what changes from image to image.
+        """
         away = points.east_north / np.maximum(np.hypot(*points.east_north.T), 1e-9)[:, None]
         spread = np.einsum("ni,nij,nj->n", away, points.covariance, away)
         level = row_products(points.east_north, points.east_north) / points.range_m**2
         by_range = spread * level / points.range_m**2 + (self._height / frame.pose.height) ** 2
         # A side is the difference of two edges, each as uncertain as a centre's coordinate.
         by_pixel = 2.0 * (self._pixel / np.maximum(frame.detections.sizes.max(axis=1), 1.0)) ** 2
-        sigma: Array = np.sqrt(SHAPE_SIGMA**2 + by_range + by_pixel)
-        return sigma
+        return SHAPE_SIGMA**2 + by_range, by_pixel
+
+
+def wrong_size(fit: SizeFit, valid: Mask) -> Mask:
+    """Return which boxes (n,) have a wrong size for a robot of their class.
+
+    Args:
+        fit: their sizes.
+        valid: (n,) whether they have a position on the water.
+    """
+    most = WRONG_SIGMAS * np.sqrt(fit.shared_variance + fit.white_variance)
+    found: Mask = valid & ((fit.excess > most) | ((fit.shortfall > most) & fit.whole))
+    return found
 
 
 def _angular_extents(frame: PosedFrame) -> tuple[Array, Mask]:

@@ -23,6 +23,7 @@ from aerial_gnss_ros.core.georeferencing.covariance import (
     ray_points,
     uncertainty,
 )
+from aerial_gnss_ros.core.georeferencing.size_fit import SizeFit
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.rejection import Reason
 
@@ -48,6 +49,7 @@ class WaterPoints:
         pixels: (n, 2) of the surface points above the robots: the measured ones, corrected for
             refraction of submerged robots.
         reasons: of refusal, or None.
+        sizes: of their boxes, where a length is stated for a class; else None.
     """
 
     latitude: Array
@@ -59,6 +61,7 @@ class WaterPoints:
     covariance_slow: Array
     pixels: Array
     reasons: tuple[Reason | None, ...]
+    sizes: SizeFit | None = None
 
     def __len__(self) -> int:
         return len(self.reasons)
@@ -232,6 +235,7 @@ def mask_refused(points: WaterPoints) -> WaterPoints:
         hidden(points.covariance_slow),
         points.pixels,
         points.reasons,
+        points.sizes,
     )
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.area_of_operation import Polygon
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
-from aerial_gnss_ros.core.georeferencing.apparent_size import SizeCheck
+from aerial_gnss_ros.core.georeferencing.apparent_size import SizeCheck, wrong_size
 from aerial_gnss_ros.core.georeferencing.area import AreaOfOperation
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints, mask_refused
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
@@ -45,7 +45,12 @@ class PointChecks:
         self._log = log
 
     def apply(self, frame: PosedFrame, points: WaterPoints) -> WaterPoints:
-        """Return the points with `outside_area` and `wrong_size` as reasons where they apply."""
+        """Return the points with `outside_area` and `wrong_size` as reasons where they apply.
+
+        Where a length is stated, they have the sizes of their boxes as well.
+        """
+        if self._size.used:
+            points = replace(points, sizes=self._size.fit(frame, points))
         reasons = list(points.reasons)
         for reason, wrong in self._wrong(frame, points):
             for row in np.flatnonzero(wrong).tolist():
@@ -65,8 +70,8 @@ class PointChecks:
             every = np.count_nonzero(outside) == points.reasons.count(None)
             if every and not self._log.warned(_TOPIC):
                 self._tell_elsewhere(self._area, frame.pose)
-        if self._size.used:
-            found.append((Reason.WRONG_SIZE, self._size.wrong(frame, points)))
+        if points.sizes is not None:
+            found.append((Reason.WRONG_SIZE, wrong_size(points.sizes, points.valid)))
         return found
 
     def _tell_elsewhere(self, area: AreaOfOperation, pose: CameraPose) -> None:

@@ -15,7 +15,7 @@ from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
-from aerial_gnss_ros.core.georeferencing.apparent_size import SizeCheck
+from aerial_gnss_ros.core.georeferencing.apparent_size import SizeCheck, wrong_size
 from aerial_gnss_ros.core.georeferencing.localization import locate
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
@@ -40,7 +40,7 @@ def wrong(size, length_m, *, down_deg=90.0, height=20.0, center=(1000.0, 500.0),
     points = locate(pose, CAMERA, boxes.centers, config.noise, config)
     check = SizeCheck(config)
     assert check.used
-    return bool(check.wrong(frame, points)[0])
+    return bool(wrong_size(check.fit(frame, points), points.valid)[0])
 
 
 @pytest.mark.parametrize(
@@ -111,8 +111,8 @@ def recorded_boxes(flight, length_m):
         boxes = DetectionFrame(0, "camera", center, np.array([size]), np.ones(1), (row["class"],))
         points = locate(pose, camera, center, config.noise, config)
         if points.valid[0]:
-            refused = SizeCheck(config).wrong(PosedFrame(boxes, camera, pose, UNASKED), points)[0]
-            counts[row["class"]][0] += int(refused)
+            fit = SizeCheck(config).fit(PosedFrame(boxes, camera, pose, UNASKED), points)
+            counts[row["class"]][0] += int(wrong_size(fit, points.valid)[0])
             counts[row["class"]][1] += 1
     return counts
 
@@ -135,10 +135,9 @@ def test_other_classes_have_any_length():
         0, "camera", np.full((2, 2), 500.0), np.full((2, 2), 400.0), np.ones(2), ("aqua", "buoy")
     )
     points = locate(pose, CAMERA, boxes.centers, config.noise, config)
-    assert SizeCheck(config).wrong(PosedFrame(boxes, CAMERA, pose, UNASKED), points).tolist() == [
-        0,
-        1,
-    ]
+    fit = SizeCheck(config).fit(PosedFrame(boxes, CAMERA, pose, UNASKED), points)
+    assert wrong_size(fit, points.valid).tolist() == [False, True]
+    assert fit.shortfall[0] == fit.excess[0] == -math.inf
     assert not SizeCheck(estimator_config({})).used
 
 

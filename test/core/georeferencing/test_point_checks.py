@@ -61,6 +61,7 @@ def test_the_first_reason_is_reported_and_nothing_is_left_of_the_point(
     refused = np.array([reason is not None for reason in reasons])
     assert np.isnan(checked.latitude).tolist() == refused.tolist()
     assert np.isnan(checked.covariance[:, 0, 0]).tolist() == refused.tolist()
+    assert (checked.sizes is not None) is bool(lengths)
 
 
 def test_without_area_and_lengths_nothing_is_checked():
