@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.image_labels import LabelEvidence
 from aerial_gnss_ros.core.faults.noise_level import NO_INNOVATIONS, Innovations
+from aerial_gnss_ros.core.georeferencing.size_fit import NO_SIZES, SizeSums
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Cause
 
@@ -63,6 +64,7 @@ class Track:
         score_sum: sum of the scores of its boxes while it has no label.
         odds_sum: sum of the log odds of these scores.
         score_count: number of these boxes.
+        sizes: sums over the sizes of these boxes, where a length is stated for its class.
         rejection_cause: cause of `rejected`, if it ends without a label.
         innovations: of the last three images with a box near its gate, see
             `NoiseLevel.update`.
@@ -97,6 +99,7 @@ class Track:
     score_sum: float = 0.0
     odds_sum: float = 0.0
     score_count: int = 0
+    sizes: SizeSums = NO_SIZES
     rejection_cause: Cause = Cause.TOO_FAST
     innovations: Innovations = NO_INNOVATIONS
     previous_label: str = ""
@@ -121,6 +124,7 @@ class Track:
             self.odds_sum + other.odds_sum,
             self.score_count + other.score_count,
         )
+        self.sizes += other.sizes
         self.label_pending |= other.label_pending
         self.pending_boxes, other.pending_boxes = self.pending_boxes + other.pending_boxes, ()
         self.label_evidence = self.label_evidence or other.label_evidence
@@ -141,6 +145,11 @@ class Track:
     def mean_score(self) -> float:
         """Mean score of its boxes while it has no label; 1 without any."""
         return self.score_sum / self.score_count if self.score_count else 1.0
+
+    @property
+    def lasted_s(self) -> float:
+        """Time from its first box to its last one, s."""
+        return (self.last_seen_ns - self.first_seen_ns) * 1e-9
 
     def swap_labels(self, other: Track) -> None:
         """Exchange the labels of two tracks that association had exchanged."""

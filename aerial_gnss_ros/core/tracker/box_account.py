@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.georeferencing.size_fit import SizeFit
 from aerial_gnss_ros.core.identity.labels import Box
 from aerial_gnss_ros.core.tracker.score_evidence import log_odds
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
@@ -55,11 +56,11 @@ class BoxAccount:
     """Collects decisions until they are asked for.
 
     Args:
-        likely: whether a track's boxes score as a robot's do.
+        doubt: why a track's boxes are not like a robot's; None: they are.
     """
 
-    def __init__(self, likely: Callable[[Track], bool] = lambda _: True) -> None:
-        self._likely = likely
+    def __init__(self, doubt: Callable[[Track], Cause | None] = lambda _: None) -> None:
+        self._doubt = doubt
         self._used = 0
         self._refused: list[Rejection] = []
 
@@ -69,13 +70,20 @@ class BoxAccount:
         self._used, self._refused = 0, []
         return settled
 
-    def note(self, tracks: list[Track], measured: dict[int, int], boxes: DetectionFrame) -> None:
+    def note(
+        self,
+        tracks: list[Track],
+        measured: dict[int, int],
+        boxes: DetectionFrame,
+        sizes: SizeFit | None = None,
+    ) -> None:
         """Record which boxes of an image updated or started tracks, labelled or not.
 
         Args:
             tracks: by row.
             measured: boxes by row.
             boxes: of the image.
+            sizes: of these boxes, where a length is stated for a class.
         """
         centers, scores = boxes.centers.tolist(), boxes.scores.tolist()
         for row, index in measured.items():
@@ -88,6 +96,8 @@ class BoxAccount:
                 track.odds_sum + log_odds(scores[index]),
                 track.score_count + 1,
             )
+            if sizes is not None:
+                track.sizes += sizes.of(index)
             u, v = centers[index]
             track.pending_boxes = (*track.pending_boxes, (boxes.stamp_ns, u, v))
             if len(track.pending_boxes) > TUNING.most_pending:
@@ -139,7 +149,7 @@ class BoxAccount:
         if track.rejected:
             return track.rejection_cause
         if not hits:
-            return Cause.CUT_SHORT if self._likely(track) else Cause.UNSURE
+            return self._doubt(track) or Cause.CUT_SHORT
         if len(track.hits) >= hits:
             return Cause.LOST_PLATFORM if confused else self._clutter(track)
         if images < hits:
@@ -147,7 +157,7 @@ class BoxAccount:
         return Cause.OUT_OF_GATE if track.near_misses else Cause.TOO_FEW_IMAGES
 
     def _clutter(self, track: Track) -> Cause:
-        return Cause.CLUTTER if self._likely(track) else Cause.UNSURE
+        return self._doubt(track) or Cause.CLUTTER
 
 
 def box_masks(

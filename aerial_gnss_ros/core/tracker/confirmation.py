@@ -5,9 +5,9 @@
 A track is confirmed by enough hits in at least half of the images since its first one: a robot is
 detected more often than not, a glint is not. In clutter more hits are required, until no clutter
 track is expected; and where other tracks have soon ended, it must last longer or score higher than
-foam and glint (`transients`). Where it is stated how robots score, it must score like that in the
-mean (`score_evidence`). A track inside the gate of a robot out of view can inherit that
-robot's label (`reidentification`), unless an image has shown both.
+foam and glint (`transients`). Where it is stated how robots score, or how long they are, it must be
+like that in the mean (`score_evidence`, `size_evidence`). A track inside the gate of a robot out of
+view can inherit that robot's label (`reidentification`), unless an image has shown both.
 """
 
 from __future__ import annotations
@@ -29,10 +29,13 @@ from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
 from aerial_gnss_ros.core.tracker.score_evidence import scores_as_robots
+from aerial_gnss_ros.core.tracker.size_evidence import TUNING as SIZES
+from aerial_gnss_ros.core.tracker.size_evidence import chance_of_size, expected_specks
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.tracker.transients import TUNING as TRANSIENTS
 from aerial_gnss_ros.core.tracker.transients import Transients, outlasted
 from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.rejection import Cause
 
 
 @dataclass(frozen=True)
@@ -209,15 +212,18 @@ class TrackConfirmation:
         since = sum(image >= track.hits[0] for image in self.rule.images)
         if track.first_seen_ns > begun_ns or 2 * len(track.hits) < since:
             return False
-        if not self.scores_as_robots(track):
+        if self.doubt(track) is not None:
             return False
         false = new * track.clutter_probability
         return len(track.hits) == 1 or false < TUNING.expected_false_tracks
 
-    def scores_as_robots(self, track: Track) -> bool:
-        """Return whether a track's boxes score as a robot's do, by `tracks.confirm_score`."""
-        lasted_s = (track.last_seen_ns - track.first_seen_ns) * 1e-9
-        return scores_as_robots(track.odds_sum, track.score_count, lasted_s, self.least_score)
+    def doubt(self, track: Track) -> Cause | None:
+        """Return why a track's boxes in the mean are not like a robot's; None: they are."""
+        if chance_of_size(track.sizes, track.lasted_s) < SIZES.least_chance:
+            return Cause.WRONG_SIZE
+        odds, count = track.odds_sum, track.score_count
+        likely = scores_as_robots(odds, count, track.lasted_s, self.least_score)
+        return None if likely else Cause.UNSURE
 
     def robots_missing(self, stamp_ns: int) -> bool:
         """Return whether most robots are missed just now, so that short tracks may be of them."""
@@ -253,7 +259,10 @@ class TrackConfirmation:
         """
         seen_s = min(_lasted_s(track), track.score_count * self.rule.interval_s)
         false = self.transients.expected(stamp_ns, vanishing, seen_s, track.mean_score)
-        return false < TUNING.expected_false_tracks
+        least, scale = self.transients.min_score, TRANSIENTS.score_scale
+        false += expected_specks(track, self._table.tracks, seen_s, least, scale)
+        chance = chance_of_size(track.sizes, track.lasted_s)
+        return false < TUNING.expected_false_tracks * chance
 
     def _reidentify(self, ready: list[int], stamp_ns: int, height: float) -> Returns:
         """Return which new tracks are which robots out of view."""

@@ -51,6 +51,16 @@ def scores_as_robots(odds_sum: float, count: int, lasted_s: float, least: float)
     """
     if not count or not least:
         return True
-    looks = min(count, 1.0 + 0.5 * lasted_s / TUNING.correlation_s)
+    looks = independent_looks(count, lasted_s)
     margin = TUNING.sigmas * TUNING.spread / math.sqrt(looks)
     return odds_sum / count - margin >= log_odds(least)
+
+
+def independent_looks(count: int, lasted_s: float) -> float:
+    """Return how many independent boxes tell as much in the mean as a track's do.
+
+    Args:
+        count: number of its boxes.
+        lasted_s: time from the first of them to the last one, s.
+    """
+    return min(count, 1.0 + 0.5 * lasted_s / TUNING.correlation_s)

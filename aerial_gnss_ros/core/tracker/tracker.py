@@ -35,6 +35,7 @@ from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements, measurements
+from aerial_gnss_ros.core.georeferencing.size_fit import NO_SIZES, SizeFit
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.labels import Box, Labels
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
@@ -78,7 +79,7 @@ class Tracker:
             config.noise.value("box_center_px"), joint.motion.speed_sigma
         )
         self._image_evidence = ImageEvidence(self._image_tracks)
-        self._account = BoxAccount(self._confirmation.scores_as_robots)
+        self._account = BoxAccount(self._confirmation.doubt)
         self._references = References(FilterSource(joint), joint.log)
         self._with_white = config.updates.covariance_parts
         self._referenced = False
@@ -123,16 +124,23 @@ class Tracker:
             return TrackUpdate(self._estimates(stamp_ns)[0], {}, unused, np.zeros_like(unused))
         if joint.orientation_jumped:
             self._matcher.expect_mismatch()
-        return self._track(frame, seen, local, passed, returned)
+        return self._track(frame, seen, points.sizes, local, passed, returned)
 
     def _track(
-        self, frame: PosedFrame, seen: Measurements, local: LocalMap, passed: float, returned: bool
+        self,
+        frame: PosedFrame,
+        seen: Measurements,
+        sizes: SizeFit | None,
+        local: LocalMap,
+        passed: float,
+        returned: bool,
     ) -> TrackUpdate:
         """Associate an image's boxes, update and confirm tracks, and publish.
 
         Args:
             frame: the image.
             seen: its measurements.
+            sizes: of its boxes, where a length is stated for a class.
             local: the map.
             passed: time since the last image, s.
             returned: whether the fork was restored.
@@ -162,7 +170,7 @@ class Tracker:
         measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True))
         if len(columns) + len(refused) < len(seen.index):
             self.table.start(seen, measured, np.concatenate([columns, refused]), boxes)
-        self._account.note(self.table.tracks, measured, boxes)
+        self._account.note(self.table.tracks, measured, boxes, sizes)
         masks = box_masks(seen, measured, seen.index[refused], len(boxes.class_ids))
         unexplained = returned or self._matcher.scene_mismatch or not len(seen.index)
         self._image_evidence.label(self.table.tracks, measured, frame, unexplained)
@@ -189,6 +197,8 @@ class Tracker:
         self._identity.reconfigure(config)
         self._confirmation.transients.min_score = config.detections.min_score
         self._confirmation.least_score = config.tracks.confirm_score
+        for track in self.table.tracks:
+            track.sizes = NO_SIZES  # against lengths that may have changed
         if change:
             joint.recalibrate(change, () if fork is None else fork.groups, self._searched)
             self._references.recalibrate(change)

@@ -120,6 +120,7 @@ class Cause(str, Enum):
     LOST_PLATFORM = "lost_platform"
     CLUTTER = "clutter"
     UNSURE = "unsure"
+    WRONG_SIZE = "wrong_size"
     CUT_SHORT = "cut_short"
 
     def __str__(self) -> str:
@@ -146,6 +147,8 @@ _CAUSES = {
     "detections.min_score",
     Cause.UNSURE: "its boxes score lower than those of robots do in the mean; lower "
     "tracks.confirm_score",
+    Cause.WRONG_SIZE: "its boxes are longer or shorter in the mean than a robot of its class is "
+    "(classes.<name>.length_m)",
     Cause.CUT_SHORT: "the recording ended, or tracks were cleared, before it was decided",
 }
 
