@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.detection.anomaly import ANOMALY
@@ -87,7 +88,7 @@ def parameters(network: Path, threshold: float, confirm_score: float, known: Len
     if known:
         lines += ["/**/estimator:", "  ros__parameters:", "    classes:"]
         lines += [
-            f"      {name}: {{length_m: [{low:g}, {high:g}]}}"
+            f"      {_key(name)}: {{length_m: [{low:g}, {high:g}]}}"
             for name, (low, high) in known.items()
         ]
     if confirm_score:
@@ -97,3 +98,12 @@ def parameters(network: Path, threshold: float, confirm_score: float, known: Len
         lines += [] if known else ["# /**/estimator:", "#   ros__parameters:"]
         lines += [f"#     tracks: {{confirm_score: {confirm_score:g}}}"]
     return "\n".join(lines) + "\n"
+
+
+def _key(name: str) -> str:
+    """Return a name as a YAML key, quoted where it reads as something else (no, 1, a: b)."""
+    try:
+        plain = yaml.safe_load(f"{name}: 0") == {name: 0}
+    except yaml.YAMLError:
+        plain = False
+    return name if plain else json.dumps(name, ensure_ascii=False)

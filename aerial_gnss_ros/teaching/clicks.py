@@ -71,6 +71,11 @@ def click_of(mark: Any, names: Sequence[str], default_class: str, where: str) ->
         strange = sorted(set(mark) - KEYS) if isinstance(mark, dict) else mark
         raise InputError(f"{where}: {shown(strange)} is not known; use {', '.join(sorted(KEYS))}.")
     class_name = str(mark.get("class", default_class))
+    if not class_name or "." in class_name:
+        raise InputError(
+            f"{where}: the class {shown(class_name)} must have a name without a dot: parameters "
+            "are named classes.NAME.length_m."
+        )
     robot = str(mark.get("robot", f"{class_name}_1"))
     frame = _frame(mark, names, where)
     ways = [key for key in ("x", "box", "absent") if mark.get(key) not in (None, False)]

@@ -198,6 +198,10 @@ def test_of_a_long_recording_every_nth_frame_is_taken(video, tmp_path):
         ([{"frame": 1}], "give either x and y, or box, or absent"),
         ([{"frame": 1, "box": [1, 2, 0, 4]}], "a box of 0x4 px is too small"),
         ([{"frame": 1, "bx": 3}], "'bx'.* is not known; use absent, box, class"),
+        (
+            [{"frame": 1, "x": 1, "y": 1, "class": "fin.2"}],
+            "'fin.2' must .* without a dot",
+        ),
         ([], "has no marks; write"),
     ],
 )

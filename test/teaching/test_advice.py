@@ -12,8 +12,11 @@ import numpy as np
 import pytest
 import yaml
 
+from aerial_gnss_ros.commands.configuration import values_of
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.georeferencing.apparent_size import SizeCheck
+from aerial_gnss_ros.nodes.schemas import ESTIMATOR
 from aerial_gnss_ros.teaching.advice import least_score, lengths, parameters
 from aerial_gnss_ros.teaching.geometry import View
 from aerial_gnss_ros.teaching.tracks import Sight, started
@@ -75,3 +78,12 @@ def test_what_is_known_is_advised_and_scores_are_left_to_the_reader():
         assert values == {**estimator, "tracks": {"confirm_score": 0.8}}
         assert estimator_config(values).tracks.confirm_score == 0.8
     assert list(yaml.safe_load(parameters(Path("mine.onnx"), 0.6, 0.0, {}))) == ["/**/detector"]
+
+
+@pytest.mark.parametrize("name", ["fin", "no", "1", "null", "a b", "x: y", "#a", '"', "ü"])
+def test_lengths_reach_the_size_check_whatever_the_class_is_called(tmp_path, name):
+    file = tmp_path / "detector.yaml"
+    file.write_text(parameters(Path("mine.onnx"), 0.6, 0.0, {name: (0.8, 1.9)}), encoding="utf-8")
+    config = estimator_config(values_of([file])[ESTIMATOR])
+    assert config.robot_class(name).length_m == (0.8, 1.9)
+    assert SizeCheck(config).used
