@@ -17,10 +17,13 @@ from typing import Any
 from aerial_gnss_ros.bags.partial import refuse_existing
 from aerial_gnss_ros.commands.dataset_arguments import inspected
 from aerial_gnss_ros.commands.ending import ended_cleanly
+from aerial_gnss_ros.commands.notices import note
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.commands.train_arguments import add_arguments, phases_of, plan_of, plan_resumed
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
+from aerial_gnss_ros.teaching.dataset import FEW
 from aerial_gnss_ros.text.sentences import counted
+from aerial_gnss_ros.training.inspection import Inspection
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.model_card import figure
 from aerial_gnss_ros.training.offline import require_ultralytics
@@ -94,9 +97,24 @@ def _check(args: argparse.Namespace) -> int:
                 f"images with one: {n['one']}, several: {n['several']}, none: {n['none']}"
             )
         print(f"fingerprint {found.fingerprint()}")
+    _note_few(found)
     for phase in phases_of(args):
         members(phase, found.examples["train"])  # errors that training would refuse
     return 0
+
+
+def _note_few(found: Inspection) -> None:
+    """Say so where there are too few robots to learn from, or none to choose the weights by."""
+    shown = {
+        split: sum(len(one.boxes) for one in examples) for split, examples in found.examples.items()
+    }
+    if shown["train"] < FEW:
+        note(
+            f"the training images show {counted(shown['train'], 'robot')}, too few to train on; "
+            f"label more, {FEW} at the least."
+        )
+    if not shown["val"]:
+        note("no robot is in the validation images, so nothing tells which weights are the best.")
 
 
 def _begun(args: argparse.Namespace) -> tuple[RunFolder, Plan]:
@@ -106,6 +124,7 @@ def _begun(args: argparse.Namespace) -> tuple[RunFolder, Plan]:
     plan = plan_of(args)
     require_ultralytics("training")
     found = inspected(args, NEEDED)
+    _note_few(found)
     for phase in plan.phases:
         members(phase, found.examples["train"])
     folder = RunFolder(args.output)

@@ -28,6 +28,9 @@ def test_check_counts_without_training(tmp_path, make_set, capsys):
     out = capsys.readouterr().out
     assert "train: 3 images, 3 robots; images with one: 1, several: 1, none: 1" in out
     assert "fingerprint " in out
+    few = str(make_set(tmp_path / "few", robots=(1, 0)))
+    assert cli.main(["train", few, "--check", "--one-phase"]) == 0
+    assert "show 1 robot, too few to train on; label more" in capsys.readouterr().err
     single = str(make_set(tmp_path / "single", robots=(1, 0)))
     assert cli.main(["train", single, "--check", "--one-phase", "--json"]) == 0
     counts = {"images": 2, "robots": 1, "one": 1, "several": 0, "none": 1}
