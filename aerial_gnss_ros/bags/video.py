@@ -122,8 +122,8 @@ def _open(path: Path) -> cv2.VideoCapture:
     capture = cv2.VideoCapture(str(path))
     if not capture.isOpened():
         raise InputError(
-            f"OpenCV cannot read {path}; copy it from the card again if it is cut off, else "
-            "convert it to mp4 first."
+            f"OpenCV cannot read {path} as a video; copy it from the card again if it is cut off, "
+            "else convert it to mp4 first."
         )
     return capture
 

@@ -160,7 +160,7 @@ def test_a_video_that_is_cut_off_is_refused_in_one_sentence(tmp_path, video):
 
 def test_no_video_and_a_broken_one_are_refused(tmp_path, capsys, video):
     flight = log(tmp_path, [(1.0, 4.0)])
-    for film, words in ((tmp_path / "no.mp4", "does not exist"), (flight, "OpenCV cannot read")):
+    for film, words in ((tmp_path / "no.mp4", "does not exist"), (flight, "as a video; copy")):
         status, _, err = run(capsys, flight, film, "-o", tmp_path / "bag")
         assert status == 2
         assert any(words in line for line in err)
