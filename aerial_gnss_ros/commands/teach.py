@@ -13,6 +13,7 @@ import os
 import sys
 import webbrowser
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -218,9 +219,14 @@ def _open(args: argparse.Namespace) -> None:
     source = open_pictures(args.recording, given.detector.image.max_pixels)
     args.output.mkdir(parents=True, exist_ok=True)
     with progress("reading", source.count, "images") as report:
-        refused = extract(
-            source, args.output, args.frames, lambda stamps: _views(args, given, stamps), report
-        )
+        try:
+            refused = extract(
+                source, args.output, args.frames, lambda stamps: _views(args, given, stamps), report
+            )
+        except BaseException:
+            with suppress(OSError):  # it has files of its own
+                args.output.rmdir()
+            raise
     for sentence in refused[:MOST_SHOWN]:
         print(sentence, file=sys.stderr)
 

@@ -226,6 +226,7 @@ def test_what_is_no_recording_or_no_work_is_refused(video, tmp_path, capsys):
     (empty / "0.jpg").write_bytes(b"\xff\xd8 cut off")
     assert teach(empty, "-o", tmp_path / "none") == 2
     assert "0.jpg" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
     assert teach(video, "-o", tmp_path / "some", "--no-page") == 2
     assert (
         "has no marks yet; click the robots on the page, or give --clicks"
