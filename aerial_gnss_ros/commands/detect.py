@@ -256,11 +256,13 @@ def _scored(comparison: Comparison) -> list[str]:
         )
     lines.append(f"  false boxes {whole.false}, {whole.false / labelled:.3f} a picture")
     lines += [f"    on {kind:<26}{count}" for kind, count in comparison.false_on.most_common()]
-    lines += ["  long side, px       labelled     found     false"]
+    rows = []
     for (low, high), size in zip(itertools.pairwise(SIZES_PX), score.by_size, strict=True):
         if size.robots or size.false:
             name = f"{low:g} or more" if math.isinf(high) else f"{low:g} to {high:g}"
-            lines.append(f"    {name:<16}{size.robots:>10}{size.found:>10}{size.false:>10}")
+            rows.append(f"    {name:<16}{size.robots:>10}{size.found:>10}{size.false:>10}")
+    if rows:
+        lines += ["  long side, px       labelled     found     false", *rows]
     if comparison.right_scores:
         least, median = np.quantile(comparison.right_scores, (0.1, 0.5))
         lines.append(
