@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import one_thread  # noqa: F401 - before numpy
@@ -47,8 +48,8 @@ from aerial_gnss_ros.training.picture_labels import PictureLabels
 
 FALSE_M, NEAR_PX, WIDTH_M, LEAST_PX = 2.0, 12.0, 30.0, 400
 FLIGHTS = (("orbit", 12.0), ("hover", 10.0), ("transit", 15.0))
-HEADS = ["photograph", "flight", "false boxes an image", "robots' images with a position",
-         "robots found", "false robots", "a minute"]  # fmt: skip
+HEADS = ["score_threshold", "false boxes an image", "robots' images with a position",
+         "robots found", "false robots", "a minute", "photographs without any"]  # fmt: skip
 
 
 def main() -> None:
@@ -58,33 +59,33 @@ def main() -> None:
     parser.add_argument("--photographs", type=int, default=12)
     parser.add_argument("--duration", type=float, default=50.0, help="of a flight, s")
     parser.add_argument("--rate", type=float, default=3.0, help="images a second")
-    parser.add_argument("--score", type=float, default=0.7)
+    parser.add_argument("--score", type=float, nargs="+", default=[0.3, 0.4, 0.7])
     parser.add_argument("--seed", type=int, default=9100)
     parser.add_argument("--markdown", type=Path, metavar="PAGE")
     args = parser.parse_args()
     files = sorted((args.source / "images").glob("*.jpg"))
     labels = PictureLabels(args.source / "labels.csv", ())
-    every, rows = np.zeros(7), list[list[str]]()
+    every: dict[float, list[NDArray[np.float64]]] = {score: [] for score in args.score}
     chosen = np.unique(np.linspace(0, len(files) - 1, args.photographs).round().astype(int))
     for number, file in enumerate(files[i] for i in chosen):
         part = _free(read_image(file), labels.of(file.name, (0, 0)))
         if part is None:
             continue
         kind, height = FLIGHTS[number % len(FLIGHTS)]
-        counts = _fly(args, part, kind, height, args.seed + number)
-        every += counts
-        rows.append(_row(file.stem, f"{kind} {height:g} m", counts, args.rate))
-        print(" | ".join(rows[-1]), " | all: ", " | ".join(_row("", "", every, args.rate)[2:]),
-              flush=True)  # fmt: skip
-    rows.append(_row("all", f"{every[0] / args.rate / 60.0:.1f} minutes", every, args.rate))
-    show(columns(HEADS, rows), args.markdown)
+        for score, counts in _fly(args, part, kind, height, args.seed + number):
+            every[score].append(counts)
+            row = _row(score, [counts], args.rate)
+            print(" | ".join([file.stem, f"{kind} {height:g} m", *row]), flush=True)
+    show(columns(HEADS, [_row(*one, args.rate) for one in every.items()]), args.markdown)
 
 
-def _row(name: str, flight: str, of: NDArray[np.float64], rate: float) -> list[str]:
-    images, false_boxes, seen, have, robots, found, false = of
+def _row(score: float, flights: list[NDArray[np.float64]], rate: float) -> list[str]:
+    images, false_boxes, seen, have, robots, found, false = np.sum(flights, axis=0)
+    clean = sum(not one[-1] for one in flights)
     return [
-        name, flight, f"{false_boxes / images:.2f}", f"{100.0 * have / max(seen, 1):.0f} %",
+        f"{score:g}", f"{false_boxes / images:.2f}", f"{100.0 * have / max(seen, 1):.0f} %",
         f"{found:.0f} of {robots:.0f}", f"{false:.0f}", f"{false / (images / rate / 60.0):.2f}",
+        f"{clean} of {len(flights)}",
     ]  # fmt: skip
 
 
@@ -109,8 +110,11 @@ def _free(image: NDArray[np.uint8], labels: object) -> NDArray[np.uint8] | None:
 
 def _fly(
     args: argparse.Namespace, part: NDArray[np.uint8], kind: str, height: float, seed: int
-) -> NDArray[np.float64]:
-    """Return images, false boxes, robots' images, those with a position, robots, found, false."""
+) -> Iterator[tuple[float, NDArray[np.float64]]]:
+    """Yield for each threshold what `_counts` returns.
+
+    The detector's boxes at a higher threshold are those of a lower one that score as high.
+    """
     plan = FlightPlan(kind=kind, duration_s=args.duration, height_m=height, speed_mps=3.0)
     made = Experiment(
         GeneratedFlight(plan, seed), default_camera(1280, 720),
@@ -120,7 +124,7 @@ def _fly(
     # The scale of the whole photograph, so that waves are as large in every part of it.
     water = WaterPhotograph(part, WIDTH_M * part.shape[1] / 1230.0)
     renderer = WaterRenderer(demo_scene(seed), water)
-    detector = AnomalyDetector(DetectorConfig(model="anomaly", score_threshold=args.score))
+    detector = AnomalyDetector(DetectorConfig(model="anomaly", score_threshold=min(args.score)))
     images: list[Image] = []
     for frame in made.frames():
         image, labels = renderer.render(made.camera, frame.pose, frame.t, made.states(frame))
@@ -140,10 +144,13 @@ def _fly(
         "fix.altitude_datum": "ellipsoid", "noise.gnss_offset_m": 0.02,
         "classes.object.length_m": [0.4, 0.9],
     })  # fmt: skip
-    return _counts(made, images, results(made, config, images))
+    for score in args.score:
+        kept = [(frame, boxes, seen.keep(seen.scores >= score)) for frame, boxes, seen in images]
+        yield score, _counts(made, kept, results(made, config, kept))
 
 
 def _counts(made: Experiment, images: list[Image], found: list) -> NDArray[np.float64]:
+    """Return images, false boxes, robots' images, those with a position, robots, found, false."""
     false_boxes = seen = have = 0
     by_stamp = {frame.stamp_ns: (frame, boxes) for frame, boxes, _ in images}
     for _, boxes, detected in images:
