@@ -75,6 +75,19 @@ def test_the_score_counts_against_those_of_specks():
     assert expected(sure, [high]) == pytest.approx(math.exp(-1.0), rel=1e-3)
 
 
+def test_what_moves_unlike_specks_is_less_likely_one_of_them():
+    drift = np.array([0.5, -0.3])
+    specks = [track(1.0, velocity=drift) for _ in range(4)]
+    with_them = expected(track(0.5, velocity=drift), specks)
+    assert with_them == pytest.approx(expected(track(0.5), [track(1.0)] * 4))
+    swims = expected(track(0.5, velocity=drift + 1.0), specks)
+    assert swims == pytest.approx(TUNING.mistaken_share * with_them, rel=1e-3)
+    unknown = {"velocity": drift + 1.0, "velocity_spread": 100.0 * np.eye(2)}
+    assert expected(track(0.5, **unknown), specks) > 0.9 * with_them
+    apart = [track(1.0, velocity=drift + way) for way in ((2, 0), (-2, 0), (0, 2), (0, -2))]
+    assert expected(track(0.5, velocity=drift + 1.0), apart) > 0.5 * with_them
+
+
 class Glitter:
     """A robot of 0.6 m from first to last, and specks a third as long that stay as well."""
 
