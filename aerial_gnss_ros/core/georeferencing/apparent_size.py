@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Size check: refuses boxes too long or too short for a robot of their class at their distance.
 
-An object of length L on the water, seen from an angle d below the horizon, extends over at least L
-sin d and at most L across the line of sight, whatever its heading. Its box's longer side is at most
-L, and its diagonal at least L sin d.
+An object of length L on the water extends over at most L across the line of sight, whatever its
+heading: its box's longer side is at most L. Within the box no two points of the water are farther
+apart than opposite corners: the farther pair of them is at least L apart.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.georeferencing.size_fit import SizeFit
 from aerial_gnss_ros.core.numerics.small_arrays import row_products
@@ -58,14 +59,12 @@ class SizeCheck:
         """
         boxes = frame.detections
         bounds = np.array([self._lengths.get(name, (0.0, math.inf)) for name in boxes.class_ids])
-        angles, whole = _angular_extents(frame)
-        extents = 2.0 * points.range_m[:, None] * np.sin(0.5 * angles)
-        longer, diagonal = extents.max(axis=1), np.hypot(extents[:, 0], extents[:, 1])
-        depression = np.minimum(frame.pose.height / points.range_m, 1.0)
+        sides, diagonals, whole = _extents(frame)
+        longer, farthest = points.range_m * sides, points.range_m * diagonals
         with np.errstate(divide="ignore", invalid="ignore"):
             shared, white = self._variances(frame, points)
             excess = np.log(longer / bounds[:, 1])
-            shortfall = np.log(bounds[:, 0] * depression / diagonal)
+            shortfall = np.log(bounds[:, 0] / farthest)
         return SizeFit(shortfall, excess, shared, white, whole)
 
     def _variances(self, frame: PosedFrame, points: WaterPoints) -> tuple[Array, Array]:
@@ -95,26 +94,31 @@ def wrong_size(fit: SizeFit, valid: Mask) -> Mask:
     return found
 
 
-def _angular_extents(frame: PosedFrame) -> tuple[Array, Mask]:
-    """Return the angles (n, 2) that widths and heights subtend, and which boxes are whole (n,)."""
+def _extents(frame: PosedFrame) -> tuple[Array, Array, Mask]:
+    """Return extents of boxes over their range.
+
+    Returns:
+        The longer side (n,) across the line of sight, the greatest distance on the water (n,) of
+        opposite corners, and which boxes are whole (n,).
+    """
     boxes, camera = frame.detections, frame.camera
     size = np.array([camera.width, camera.height], dtype=np.float64)
     low, high = boxes.centers - 0.5 * boxes.sizes, boxes.centers + 0.5 * boxes.sizes
     inside = (low > BORDER_PX) & (high < size - BORDER_PX)
     low, high = np.clip(low, 0.0, size - 1.0), np.clip(high, 0.0, size - 1.0)
-    middle = np.clip(boxes.centers, 0.0, size - 1.0)
-    ends = np.stack(
-        [
-            np.stack([low[:, 0], middle[:, 1]], axis=1),
-            np.stack([high[:, 0], middle[:, 1]], axis=1),
-            np.stack([middle[:, 0], low[:, 1]], axis=1),
-            np.stack([middle[:, 0], high[:, 1]], axis=1),
-        ]
-    )
-    rays, valid = camera.rays(ends.reshape(-1, 2))
-    rays, valid = rays.reshape(4, -1, 3), valid.reshape(4, -1)
-    chords = np.linalg.norm(rays[1::2] - rays[::2], axis=2).T
-    chords = np.where((valid[1::2] & valid[::2]).T, chords, 0.0)
-    angles: Array = 2.0 * np.arcsin(np.minimum(0.5 * chords, 1.0))
+    (left, top), (right, bottom) = low.T, high.T
+    u, v = np.clip(boxes.centers, 0.0, size - 1.0).T
+    ends = [(left, v), (right, v), (u, top), (u, bottom), (left, top), (right, bottom),
+            (left, bottom), (right, top), (u, v)]  # fmt: skip
+    rays, valid = camera.rays(np.stack([np.stack(one, axis=1) for one in ends]).reshape(-1, 2))
+    rays, valid = rays.reshape(9, -1, 3), valid.reshape(9, -1)
+    chords = np.where((valid[1:8:2] & valid[:7:2])[..., None], rays[1:8:2] - rays[:7:2], 0.0)
+    sides: Array = np.linalg.norm(chords[:2], axis=2).max(axis=0)
+    # A chord between corners, moved along the line of sight until both ends are on the water.
+    down = -(frame.pose.enu_from_camera @ FLU_FROM_OPTICAL)[2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = (chords[2:] @ down) / (rays[8] @ down)
+        shifted = chords[2:] - along[..., None] * rays[8]
+    diagonals: Array = np.linalg.norm(shifted, axis=2).max(axis=0)
     whole: Mask = np.logical_and(inside.all(axis=1), valid.all(axis=0))
-    return angles, whole
+    return sides, diagonals, whole

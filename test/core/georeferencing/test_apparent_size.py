@@ -69,6 +69,12 @@ def test_a_robot_seen_end_on_is_as_short_as_the_depression_makes_it(factor, refu
     assert wrong((2.0 * 25.0 * TOLERANCE / factor, 1.0), [2.0, 2.0], down_deg=30.0) is refused
 
 
+@pytest.mark.parametrize(("size", "refused"), [((20, 0.1), True), ((0.1, 20), False)])
+def test_a_flat_box_is_shorter_on_the_water_than_an_upright_one(size, refused):
+    # 30 deg down from 20 m: 20 px are 0.8 m across the line of sight, and 1.6 m along it.
+    assert wrong(size, [2.0, 2.0], down_deg=30.0) is refused
+
+
 def test_a_box_that_may_be_cut_off_can_be_too_long_but_not_too_short():
     small, large = (4, 4), (300, 8)
     assert wrong(small, [1.0, 1.0])
