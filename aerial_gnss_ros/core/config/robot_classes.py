@@ -55,7 +55,7 @@ class RobotClass:
         (),
         "Shortest and longest length of a robot of this class, such as [0.4, 0.9]. Boxes that by "
         "their distance are longer or shorter, beyond what foam, pose and noise explain, are "
-        "refused as wrong_size. Empty: any.",
+        "refused as wrong_size; tracks that are so in the mean are not confirmed. Empty: any.",
         unit="m",
         low=0.01,
         high=1000.0,
