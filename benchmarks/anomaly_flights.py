@@ -61,6 +61,7 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=3.0, help="images a second")
     parser.add_argument("--score", type=float, nargs="+", default=[0.3, 0.4, 0.7])
     parser.add_argument("--seed", type=int, default=9100)
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="of the photographs, these only")
     parser.add_argument("--markdown", type=Path, metavar="PAGE")
     args = parser.parse_args()
     files = sorted((args.source / "images").glob("*.jpg"))
@@ -68,6 +69,8 @@ def main() -> None:
     every: dict[float, list[NDArray[np.float64]]] = {score: [] for score in args.score}
     chosen = np.unique(np.linspace(0, len(files) - 1, args.photographs).round().astype(int))
     for number, file in enumerate(files[i] for i in chosen):
+        if args.only and file.stem not in args.only:
+            continue
         part = _free(read_image(file), labels.of(file.name, (0, 0)))
         if part is None:
             continue
