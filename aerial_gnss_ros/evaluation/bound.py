@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.filter.update import Linear, Outcome, linearise
 from aerial_gnss_ros.core.fleet.shared_state import SharedState, white_on_water
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
@@ -99,33 +99,83 @@ def joint_bound(
         share: part of the variance of the receivers' offsets that is common.
         known: as for `bound`.
     """
-    config = drones[0].config
-    models = [PlatformModel(one.config.noise, one.config.gimbal.reference) for one in drones]
-    stationary = [model.stationary(None) for model in models]
-    motion = MotionModel(config.noise.value("robot_acceleration"), 0.5 * config.tracks.max_speed)
-    poses = [[MapPose.of(frame.pose, local) for frame in one.frames] for one in drones]
-    stamps = [[frame.pose.stamp_ns * 1e-9 for frame in one.frames] for one in drones]
-    count = max((len(one.frames[0].positions) for one in drones if one.frames), default=0)
-    found = [np.full((len(one.frames), count, 4, 4), np.nan) for one in drones]
-    state, now = SharedState(stationary, share), None
-    times = [(t, d, k) for d, of in enumerate(stamps) for k, t in enumerate(of)]
-    for t, d, k in sorted(times, key=lambda item: item[:2]):
-        if now is not None:
-            state.predict(t - now, [model.decay(t - now) for model in models], stationary, motion)
-        now, frame = t, drones[d].frames[k]
-        state.linearise_at(d, frame.positions)
-        rates = _rates(poses[d], stamps[d], k)
-        sight = CameraView.of(drones[d].camera, poses[d][k], rates, 0.0)
-        joint = state.joint
+    return Recursion(drones, local, share, known).run()
+
+
+class Recursion:
+    """The covariance recursion of several drones; `best_estimate` has its estimates, too.
+
+    Args:
+        drones: as for `joint_bound`, as all others.
+    """
+
+    def __init__(
+        self,
+        drones: Sequence[TrueDrone],
+        local: LocalMap,
+        share: float,
+        known: Mapping[int, float] | None = None,
+    ) -> None:
+        config = drones[0].config
+        self.drones, self._known = drones, dict(known or {})
+        self.models = [PlatformModel(d.config.noise, d.config.gimbal.reference) for d in drones]
+        self._stationary = [model.stationary(None) for model in self.models]
+        self._motion = MotionModel(
+            config.noise.value("robot_acceleration"), 0.5 * config.tracks.max_speed
+        )
+        self._poses = [[MapPose.of(frame.pose, local) for frame in one.frames] for one in drones]
+        self.count = max((len(one.frames[0].positions) for one in drones if one.frames), default=0)
+        self.state = SharedState(self._stationary, share)
+
+    def run(self) -> list[Array]:
+        """Return what `joint_bound` does."""
+        stamps = [[frame.pose.stamp_ns * 1e-9 for frame in one.frames] for one in self.drones]
+        found = [np.full((len(of), self.count, 4, 4), np.nan) for of in stamps]
+        now: float | None = None
+        times = [(t, d, k) for d, of in enumerate(stamps) for k, t in enumerate(of)]
+        for t, d, k in sorted(times, key=lambda item: item[:2]):
+            if now is not None:
+                self.predict(t - now)
+            now = t
+            frame, camera, pose = self.drones[d].frames[k], self.drones[d].camera, self._poses[d][k]
+            sight = CameraView.of(camera, pose, _rates(self._poses[d], stamps[d], k), 0.0)
+            self.image(d, k, frame, sight)
+            joint = self.state.joint
+            found[d][k, joint.rows] = _given(joint, self._known)
+        return found
+
+    def predict(self, seconds: float) -> None:
+        """Predict to the next image."""
+        keep = [model.decay(seconds) for model in self.models]
+        self.state.predict(seconds, keep, self._stationary, self._motion)
+
+    def image(self, d: int, k: int, frame: TrueFrame, sight: CameraView) -> None:
+        """Use the boxes of image k of drone d, its camera at the truth."""
+        self.state.linearise_at(d, frame.positions)
+        joint = self.state.joint
         slots = np.flatnonzero(frame.seen[joint.rows])
         if len(slots):
             places = joint.robots[slots, :2]
             pixels = linearise(sight, np.zeros(7), places).pixels
-            state.correct(slots, pixels, sight, models[d])
+            self.update(d, k, slots, pixels, sight)
         new = np.setdiff1d(np.flatnonzero(frame.seen), joint.rows)
-        _begin(state, new, frame, sight, models[d], motion, list(known or {}))
-        found[d][k, joint.rows] = _given(joint, known or {})
-    return found
+        if len(new):
+            self.begin(d, k, new, frame.positions[new], sight)
+
+    def update(self, d: int, k: int, slots: Indices, pixels: Array, sight: CameraView) -> Outcome:
+        """Update robots with boxes where they are expected, so that no mean changes."""
+        del k
+        return self.state.correct(slots, pixels, sight, self.models[d])
+
+    def begin(self, d: int, k: int, rows: Indices, places: Array, sight: CameraView) -> Linear:
+        """Begin robots seen for the first time; those whose place is known stay."""
+        del k
+        linear = linearise(sight, np.zeros(7), places)
+        metres: Array = np.asarray(np.linalg.inv(linear.by_place), np.float64)
+        own = np.where(np.isin(rows, [*self._known]), 0.0, np.nan) * np.ones((2, 1))
+        by_errors, white = -metres @ linear.by_platform, white_on_water(linear, self.models[d])
+        self.state.append(rows, places, by_errors, white, self._motion.speed_sigma, own)
+        return linear
 
 
 def _given(joint: JointState, known: Mapping[int, float]) -> Array:
@@ -136,21 +186,6 @@ def _given(joint: JointState, known: Mapping[int, float]) -> Array:
     law = PositionLaw.of(joint)
     spread = np.array([known[row] ** 2 * np.eye(2) for row in rows])
     return law.known(rows, joint.robots[np.isin(joint.rows, rows), :2], spread).states()[1]
-
-
-def _begin(
-    state: SharedState, rows: Indices, frame: TrueFrame, sight: CameraView, model: PlatformModel,
-    motion: MotionModel, stay: list[int],
-) -> None:  # fmt: skip
-    """Initialise robots seen for the first time; some of them stay."""
-    if not len(rows):
-        return
-    places = frame.positions[rows]
-    linear = linearise(sight, np.zeros(7), places)
-    metres: Array = np.asarray(np.linalg.inv(linear.by_place), np.float64)
-    own = np.where(np.isin(rows, stay), 0.0, np.nan) * np.ones((2, 1))
-    by_errors, white = -metres @ linear.by_platform, white_on_water(linear, model)
-    state.append(rows, places, by_errors, white, motion.speed_sigma, own)
 
 
 def _rates(poses: Sequence[MapPose], stamps: Sequence[float], k: int) -> Array:
