@@ -18,14 +18,14 @@ import math
 import sys
 import textwrap
 import time
-from collections import Counter, defaultdict
-from dataclasses import asdict, dataclass
+from collections import defaultdict
+from dataclasses import asdict
 from pathlib import Path
 
 import one_thread  # noqa: F401 - before numpy
 
 # isort: split
-import numpy as np
+from fleet_best import Beside, beside_best
 from fleet_flights import (
     LAST_S,
     OFTEN_ENOUGH_HZ,
@@ -40,20 +40,16 @@ from fleet_flights import (
     trace,
     true_drone,
 )
+from fleet_names import agreement, robots_by_name, uses
+from fleet_records import HEADS, Record, pooled, row
 from tables import columns, show
 
-from aerial_gnss_ros.core.fleet.fleet import Fleet, FleetUpdate
+from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.evaluation.bound import bound, joint_bound
-from aerial_gnss_ros.simulation.experiment import Experiment
-from aerial_gnss_ros.simulation.sensors import START_NS
 
-FIRST_S = 5.0
-"""Time that is given to find out which robots are one, s."""
-
-WITHIN = 1.15
-"""Greatest RMS error that is asked for, in bounds."""
 CELLS = (
     Cell("hover", "opposite", 10.0, RTK),
     Cell("hover", "opposite", 30.0, TWO, 0.3),
@@ -89,41 +85,6 @@ GRID = tuple(
 hover above."""
 
 
-@dataclass(frozen=True)
-class Record:
-    """One flight.
-
-    Attributes:
-        cell: number of its kind.
-        seed: of it.
-        share: what receivers truly have in common.
-        together: mean squared error of the fleet at the end, m².
-        alone: the same of each drone's own estimator.
-        bound: mean of the joint bound's trace there, m².
-        bound_alone: of that of the first drone.
-        nees: mean normalised squared error of the fleet, by its degrees of freedom.
-        joined: number of robots under one name for all drones that saw them.
-        names: number of names published from 5 s before the end on.
-        ms: processor time of the fleet for a sighting, ms.
-        agree: share of the drones' names, from 5 s on, that stand for the fleet's of that robot.
-        told: as `together` where the filter is told the true share; NaN: not flown.
-    """
-
-    cell: int
-    seed: int
-    share: float
-    together: float
-    alone: tuple[float, ...]
-    bound: float
-    bound_alone: float
-    nees: float
-    joined: int
-    names: int
-    ms: float
-    agree: float = math.nan
-    told: float = math.nan
-
-
 def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
     """Return one flight's record."""
     made = drones_of(cell, seed, share)
@@ -134,24 +95,26 @@ def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
         for (name, one), noise in zip(made.items(), cell.noises, strict=True)
     }
     sightings: list[tuple[int, str, Sighting]] = []
-    alone: list[float] = []
+    alone, results = list[float](), dict[str, list[FrameResult]]()
     for name, one in made.items():
-        results, seen = own(one, configs[name])
-        alone.append(
-            errors_at_end(made["a"], local, [r.estimates for r in results], cell.beacons)[0]
-        )
+        results[name], seen = own(one, configs[name])
+        robots = robots_by_name(uses(made, [(name, sighting, None) for sighting in seen]))
+        estimates = [result.estimates for result in results[name]]
+        alone.append(errors_at_end(made["a"], local, estimates, cell.beacons, robots)[0])
         sightings += [(sighting.pose.stamp_ns, name, sighting) for sighting in seen]
     sightings.sort(key=lambda item: item[:2])
     fleet, began = Fleet(configs, local), time.process_time()
     updates = [(name, seen, fleet.update(name, seen)) for _, name, seen in sightings]
     spent = time.process_time() - began
     published = [update.estimates for _, _, update in updates]
-    squared, nees = errors_at_end(made["a"], local, published, cell.beacons)
+    used = uses(made, [(name, seen, update.names) for name, seen, update in updates])
+    robots = robots_by_name(used)
+    squared, nees = errors_at_end(made["a"], local, published, cell.beacons, robots)
     told = math.nan
     if cell.beacons:
         sure = Fleet(configs, local, share)
         surely = [sure.update(name, seen).estimates for _, name, seen in sightings]
-        told = errors_at_end(made["a"], local, surely, cell.beacons)[0]
+        told = errors_at_end(made["a"], local, surely, cell.beacons, robots)[0]
     drones = [
         true_drone(one, configs[name], 0 if name == last else cell.beacons)
         for name, one in made.items()
@@ -160,6 +123,10 @@ def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
     known = dict.fromkeys(range(cell.beacons), cell.survey_m)
     limits = joint_bound(drones, local, share, known)[0][-end:, cell.beacons :]
     first = bound(drones[0].config, drones[0].camera, drones[0].frames, local)[-end:]
+    beside = Beside(math.nan, math.nan, math.nan, math.nan)
+    if not cell.beacons:
+        said = [(name, seen, update.estimates) for name, seen, update in updates]
+        beside = beside_best(made, configs, results, said, share, robots)
     names = {
         one.robot_id
         for estimates in published[len(published) // 2 :]
@@ -169,94 +136,9 @@ def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
     return Record(
         number, seed, share, squared, tuple(alone), trace(limits), trace(first), nees,
         sum(len(robot.labels) == len(made) for robot in fleet.robots), len(names),
-        1e3 * spent / len(sightings), agreement(made, updates), told,
+        1e3 * spent / len(sightings), agreement(used), told,
+        beside.best, beside.best_nees, beside.expected, beside.nees,
     )  # fmt: skip
-
-
-def agreement(
-    made: dict[str, Experiment], updates: list[tuple[str, Sighting, FleetUpdate]]
-) -> float:
-    """Return the share of the drones' names that stand for the robot that the fleet's name does.
-
-    A name of the fleet stands for the robot whose boxes it is used for most often, and a robot has
-    one name: that which is used for it most often.
-    """
-    frames = {name: {f.stamp_ns: f for f in one.frames()} for name, one in made.items()}
-    used = list[tuple[str | None, str]]()
-    for name, seen, update in updates:
-        if (seen.stamp_ns - START_NS) * 1e-9 < FIRST_S:
-            continue
-        true = made[name].projected(frames[name][seen.stamp_ns])
-        for label, pixel in zip(seen.labels, seen.pixels, strict=True):
-            if label:
-                nearest = int(np.square(true.centers - pixel).sum(axis=1).argmin())
-                used.append((update.names.get(label), str(true.names[nearest])))
-    pairs = Counter(used)
-    of_name, of_robot = dict[str | None, str](), dict[str, str | None]()
-    for (name, robot), _ in pairs.most_common():
-        if name is not None:
-            of_name.setdefault(name, robot)
-            of_robot.setdefault(robot, name)
-    right = sum(
-        count for (name, robot), count in pairs.items()
-        if name is not None and of_name[name] == robot and of_robot[robot] == name
-    )  # fmt: skip
-    return right / max(len(used), 1)
-
-
-HEADS = [
-    "flight", "RMS, m", "bound, m", "RMS / bound", "alone, m", "gain", "bound's gain",
-    "NEES/2: share 0", "0.5", "1", "joined", "names, %", "ms",
-]  # fmt: skip
-
-
-def row(words: str, records: list[Record], robots: int) -> list[str]:
-    """Return the table's row of some flights."""
-
-    def root(values: list[float]) -> float:
-        return math.sqrt(float(np.mean(values)))
-
-    both, limit = root([r.together for r in records]), root([r.bound for r in records])
-    alone = root([r.alone[0] for r in records])
-    nees = [f"{np.mean([r.nees for r in records if r.share == share]):.2f}" for share in SHARES]
-    joined = sum(r.joined == robots and r.names == robots for r in records)
-    return [
-        words, f"{both:.3f}", f"{limit:.3f}", f"{both / limit:.2f}", f"{alone:.3f}",
-        f"{alone / both:.2f}", f"{root([r.bound_alone for r in records]) / limit:.2f}", *nees,
-        f"{joined} of {len(records)}", f"{100.0 * np.nanmean([r.agree for r in records]):.1f}",
-        f"{np.mean([r.ms for r in records]):.1f}",
-    ]  # fmt: skip
-
-
-def pooled(rows: list[list[Record]]) -> str:
-    """Return sentences on all flights, each by its own bound.
-
-    Args:
-        rows: flights of each kind.
-    """
-    records = [one for of in rows for one in of]
-    ratio = math.sqrt(float(np.mean([r.together / r.bound for r in records])))
-    nees = np.array([r.nees for r in records])
-    error = float(nees.std(ddof=1)) / math.sqrt(len(nees)) if len(nees) > 1 else math.nan
-    names = 100.0 * float(np.nanmean([r.agree for r in records]))
-    words = (
-        f"{len(records)} flights; over all of them, RMS / bound is {ratio:.2f}, NEES/2 "
-        f"{nees.mean():.2f} (standard error {error:.2f}), and {names:.1f} % of the drones' names "
-        "agree with the fleet's."
-    )
-    if not any(math.isnan(r.told) for r in records):
-        sure = math.sqrt(float(np.mean([r.told / r.bound for r in records])))
-        words += f" Where the filter is told the true share, RMS / bound is {sure:.2f}."
-    if len(rows) == 1:
-        return words
-    means = [float(np.mean([r.nees for r in of])) for of in rows]
-    ratios = [np.mean([r.together for r in of]) / np.mean([r.bound for r in of]) for of in rows]
-    near = sum(float(one) <= WITHIN**2 for one in ratios)
-    honest = sum(0.5 <= one <= 2.0 for one in means)
-    return (
-        f"{words} Of {len(rows)} rows, {near} are within {WITHIN:g} of the bound; NEES/2 over all "
-        f"shares lies within 0.5 to 2 in {honest}."
-    )
 
 
 def main() -> int:

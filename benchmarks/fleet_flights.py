@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -156,6 +156,7 @@ def errors_at_end(
     local: LocalMap,
     published: Sequence[tuple[RobotEstimate, ...]],
     beacons: int = 0,
+    robots: Mapping[str, int] | None = None,
 ) -> tuple[float, float]:
     """Return mean squared error, m², and mean NEES of a degree of freedom at the flight's end.
 
@@ -164,19 +165,20 @@ def errors_at_end(
         local: the frame `map`.
         published: positions by image.
         beacons: so many of the first robots do not count.
+        robots: number of the robot that a name stands for; of others it is the nearest one.
     """
     begin_ns = START_NS + round((one.flight.duration_s - LAST_S) * 1e9)
     squares, normalised = list[float](), list[float]()
     for estimates in published:
         if not estimates or estimates[0].stamp_ns < begin_ns:
             continue
-        true = one.swarm.positions([(estimates[0].stamp_ns - START_NS) * 1e-9])[beacons:, 0, :2]
+        true = one.swarm.positions([(estimates[0].stamp_ns - START_NS) * 1e-9])[:, 0, :2]
         for estimate in estimates:
             if estimate.class_id == "beacon":
                 continue
             place = local.positions([estimate.latitude], [estimate.longitude])[0]
-            apart = true - place
-            error = apart[np.argmin(np.square(apart).sum(axis=1))]
+            nearest = beacons + int(np.square(true[beacons:] - place).sum(axis=1).argmin())
+            error = place - true[(robots or {}).get(estimate.robot_id, nearest)]
             squares.append(float(error @ error))
             normalised.append(
                 0.5 * float(error @ np.linalg.solve(estimate.covariance[:2, :2], error))
