@@ -135,7 +135,7 @@ class MooredHypothesis:
         if self.law is None:
             return
         self._sync(self.law)
-        if np.count_nonzero(self.law.sway) < TUNING.least_robots:
+        if self._stay(self.law) < TUNING.least_robots:
             self._fail()
             return
         self._move(self.law, seconds, keep, stationary, motion)
@@ -264,7 +264,7 @@ class MooredHypothesis:
             if odds[best] < TUNING.joins_nats:
                 break
             self._moor(self.law, slots[best], float(odds[best]))
-        if np.count_nonzero(self.law.sway) < TUNING.least_robots:
+        if self._stay(self.law) < TUNING.least_robots:
             self.reset()
 
     def begin_as(self, drifting: MooredHypothesis, least: float) -> None:
@@ -287,6 +287,10 @@ class MooredHypothesis:
         self, law: MooredLaw, seconds: float, keep: Array, stationary: Array, motion: MotionModel
     ) -> None:
         law.predict(seconds, keep, stationary, motion)
+
+    def _stay(self, law: MooredLaw) -> int:
+        """Return how many robots of the law are moored."""
+        return np.count_nonzero(law.sway)
 
     def _begin(self) -> MooredLaw:
         """Return a law of the hypothesis in which no robot is moored yet."""

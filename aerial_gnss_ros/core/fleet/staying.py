@@ -38,6 +38,9 @@ class StayingTuning:
     all drones were known. Much more would speak against the law before it is found to be less; with
     none, of robots on watch circles of 3 to 10 cm 4 % of the positions are beyond chi-square 13.8.
     """
+    shows_s: float = 10.0
+    """For how long after its last box of a robot a drone counts as one that shows it, s: much less
+    than the time in which errors of a drone could look like a robot's drift. Judged."""
 
 
 TUNING = StayingTuning()
@@ -48,7 +51,24 @@ class _Hypothesis(MooredHypothesis):
 
     def __init__(self, state: SharedState) -> None:
         self._state = state
+        self._shown_s: dict[tuple[int, int], float] = {}  # when, by number of robot and drone
         super().__init__(state.joint, adrift=False)
+
+    def update(
+        self, outcome: Outcome, pixels: Array, view: CameraView, model: PlatformModel, level: float
+    ) -> None:
+        latest, shown = self._now_s - TUNING.shows_s, self.base.ids[outcome.slots].tolist()
+        self._shown_s = {one: at for one, at in self._shown_s.items() if at >= latest}
+        self._shown_s |= {(robot, self._state.active): self._now_s for robot in shown}
+        super().update(outcome, pixels, view, model, level)
+
+    def _stay(self, law: MooredLaw) -> int:
+        """Return how many robots stay; one that several drones show counts as several.
+
+        The drift of a single robot may be an error of the platform, but hardly of two at once.
+        """
+        stay = law.ids[law.sway > 0.0].tolist()
+        return max(len(stay), sum(robot in stay for robot, _ in self._shown_s))
 
     def _begin(self) -> MooredLaw:
         law = StayingLaw.beside(self._state)

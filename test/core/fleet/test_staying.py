@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.fleet.fleet import Fleet
+from aerial_gnss_ros.simulation.sensors import START_NS
 
 
 def told(flown):
@@ -93,3 +94,36 @@ def test_a_robot_that_the_other_drone_shows_is_not_missed(orbit):
     assert max(a, b) < 0.75 * np.mean([one.sigma for one in swimming])
     later = fleet.predicted(seen.stamp_ns + 2 * 10**9)
     assert np.mean([one.sigma for one in later]) > 1.5 * b
+
+
+@pytest.fixture(scope="module")
+def one_robot(fleet_of):
+    """Two drones with RTK hover on opposite sides of one robot that stays."""
+    return fleet_of(noises=("rtk", "rtk"), seed=6, height_m=30.0, duration=20.0, robots=1)
+
+
+def test_a_single_robot_that_two_drones_show_is_found_to_stay(one_robot):
+    fleet = finding(one_robot)
+    for name, seen in told(one_robot):
+        fleet.update(name, seen)
+    assert len(fleet.robots) == 1
+    assert fleet.staying.law is not None
+    assert fleet.staying.weights()[1] > 0.9
+
+
+def test_a_single_robot_that_one_drone_shows_is_not_asked_for(one_robot):
+    fleet, first = finding(one_robot), [s for name, s in told(one_robot) if name == "a"]
+    for seen in first:
+        fleet.update("a", seen)
+        assert fleet.staying.law is None
+
+
+def test_a_single_robot_of_which_the_other_drone_tells_no_more_is_given_up(one_robot):
+    fleet = finding(one_robot)
+    for name, seen in told(one_robot):
+        if name == "a" or (seen.pose.stamp_ns - START_NS) * 1e-9 < 9.0:
+            fleet.update(name, seen)
+        if (seen.pose.stamp_ns - START_NS) * 1e-9 < 18.0:
+            found = fleet.staying.law
+    assert found is not None
+    assert fleet.staying.law is None
