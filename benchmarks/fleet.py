@@ -123,9 +123,9 @@ def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
     known = dict.fromkeys(range(cell.beacons), cell.survey_m)
     limits = joint_bound(drones, local, share, known)[0][-end:, cell.beacons :]
     first = bound(drones[0].config, drones[0].camera, drones[0].frames, local)[-end:]
-    beside = Beside(math.nan, math.nan, math.nan, math.nan)
+    beside = Beside(*[math.nan] * 5)
     if not cell.beacons:
-        said = [(name, seen, update.estimates) for name, seen, update in updates]
+        said = [(name, seen.stamp_ns, update.estimates) for name, seen, update in updates]
         beside = beside_best(made, configs, results, said, share, robots)
     names = {
         one.robot_id

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
-from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
 from aerial_gnss_ros.evaluation.best_estimate import MeasuredFrame, best_estimates
@@ -41,21 +40,24 @@ class Beside:
         best_nees: its normalised squared error of a degree of freedom, by the bound.
         expected: squared error of the fleet that is expected, given what was measured, m².
         nees: the same of its normalised squared error of a degree of freedom.
+        bound: trace of the bound, m².
     """
 
     best: float
     best_nees: float
     expected: float
     nees: float
+    bound: float
 
 
 def beside_best(
     made: Mapping[str, Experiment],
     configs: Mapping[str, EstimatorConfig],
     results: Mapping[str, Sequence[FrameResult]],
-    published: Sequence[tuple[str, Sighting, tuple[RobotEstimate, ...]]],
+    published: Sequence[tuple[str, int, tuple[RobotEstimate, ...]]],
     share: float,
     robots: Mapping[str, int],
+    last_s: float = LAST_S,
 ) -> Beside:
     """Return how the best estimate and the fleet compare.
 
@@ -63,11 +65,13 @@ def beside_best(
         made: drones by name.
         configs: of their estimators.
         results: of each drone's own estimator, which have the poses of telemetry.
-        published: by the fleet, and after which sighting of which drone.
+        published: by the fleet, and after which drone's image: its name and stamp, ns.
         share: true part of the variance of the receivers' offsets that is common.
         robots: number of the robot that a name stands for; other names do not count.
+        last_s: length of the end that counts, s.
     """
-    local = LocalMap(made["a"].flight.origin)
+    lead = next(iter(made.values()))
+    local = LocalMap(lead.flight.origin)
     measured = [measured_frames(one, results[name]) for name, one in made.items()]
     drones = [
         with_boxes(true_drone(one, configs[name]), of)
@@ -77,13 +81,13 @@ def beside_best(
     images = {
         name: {f.stamp_ns: k for k, f in enumerate(one.frames())} for name, one in made.items()
     }
-    begin_ns = START_NS + round((made["a"].flight.duration_s - LAST_S) * 1e9)
+    begin_ns = START_NS + round((lead.flight.duration_s - last_s) * 1e9)
     found = list[list[float]]()
-    for name, seen, estimates in published:
+    for name, stamp_ns, estimates in published:
         if not estimates or estimates[0].stamp_ns < begin_ns:
             continue
-        true = made["a"].swarm.positions([(estimates[0].stamp_ns - START_NS) * 1e-9])[:, 0, :2]
-        k = images[name][seen.stamp_ns]
+        true = lead.swarm.positions([(estimates[0].stamp_ns - START_NS) * 1e-9])[:, 0, :2]
+        k = images[name][stamp_ns]
         for estimate in estimates:
             robot = robots.get(estimate.robot_id)
             if robot is None:
@@ -98,6 +102,7 @@ def beside_best(
                 0.5 * float(error @ np.linalg.solve(limit, error)),
                 float(np.trace(limit) + apart @ apart),
                 0.5 * float(np.trace(np.linalg.solve(stated, limit + np.outer(apart, apart)))),
+                float(np.trace(limit)),
             ])  # fmt: skip
     return Beside(*np.mean(found, axis=0).tolist())
 
@@ -121,8 +126,10 @@ def measured_frames(one: Experiment, results: Sequence[FrameResult]) -> list[Mea
     found = []
     for k, (frame, boxes, detected) in enumerate(one.detections()):
         pose = poses[frame.stamp_ns]
-        assert pose is not None  # noqa: S101 - telemetry begins before the images and ends after
         pixels = np.full((len(one.swarm.names), 2), np.nan)
+        if pose is None:  # no telemetry yet: as if it had no boxes
+            found.append(MeasuredFrame(one.true_pose(frame), errors[k], pixels))
+            continue
         apart = np.linalg.norm(boxes.centers[:, None] - detected.centers[None], axis=2)
         for row, column in zip(*linear_sum_assignment(apart), strict=True):
             pixels[one.swarm.names.index(boxes.names[row])] = detected.centers[column]
