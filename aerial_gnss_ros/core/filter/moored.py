@@ -290,7 +290,7 @@ class MooredHypothesis:
 
     def _stay(self, law: MooredLaw) -> int:
         """Return how many robots of the law are moored."""
-        return np.count_nonzero(law.sway)
+        return int(np.count_nonzero(law.sway))
 
     def _begin(self) -> MooredLaw:
         """Return a law of the hypothesis in which no robot is moored yet."""
