@@ -39,7 +39,7 @@ class Drone:
         stationary: (7, 7) prior covariance of its errors, by its last fix.
         agreement: of its boxes with the other drones.
         fault: what is wrong with it, beyond the errors that it states; None: nothing known.
-        suspected: whether it, or another one, is surely wrong, and which is not known.
+        suspected: whether it, or another one, is probably wrong, and which is not known.
         assumed: (7,) errors from which the filter begins: where a fault was found.
         last: its last sighting; None at first.
         view: the camera of that.

@@ -32,6 +32,10 @@ class FaultTuning:
     sure: float = 0.99
     """Probability that a drone is the wrong one, given that one is, from which it is said to be:
     blaming another one is worse than blaming none. Judged."""
+    probably: float = 0.8
+    """Probability that one of the drones is wrong from which all that may be it disagree, which
+    blames none: where all is as stated, two compasses differ so much once in 2000 flights (3.5
+    sigmas). Judged."""
     turned: float = 0.03
     """The same as `probability` of a compass that is turned: by iron, or for want of the
     declination, it fails more often than anything else. Judged."""
@@ -125,16 +129,20 @@ def culprit(suspicions: list[Suspicion]) -> Suspicion | None:
     return max((one for one in suspicions if one.drone in suspected), key=lambda one: one.weight)
 
 
-def suspects(suspicions: list[Suspicion]) -> set[int]:
-    """Return the drones of which surely one is wrong; none if it may be that none is.
+def suspects(suspicions: list[Suspicion], least: float = 1.0 - UNCLEAR) -> set[int]:
+    """Return the drones of which one is wrong; none if it may be that none is.
 
     Drones that are surely not the wrong one are left out.
+
+    Args:
+        suspicions: of all drones.
+        least: probability from which one is.
     """
     share: dict[int, float] = {}
     for one, probability in zip(suspicions, probabilities(suspicions), strict=True):
         share[one.drone] = share.get(one.drone, 0.0) + probability
     wrong = sum(share.values())
-    if wrong < 1.0 - UNCLEAR:
+    if wrong < least:
         return set()
     surely = {drone for drone, one in share.items() if one >= TUNING.sure * wrong}
     return surely or {drone for drone, one in share.items() if one > (1.0 - TUNING.sure) * wrong}

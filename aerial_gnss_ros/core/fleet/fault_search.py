@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.fleet.drone import Drone
+from aerial_gnss_ros.core.fleet.fault import TUNING as FAULT
 from aerial_gnss_ros.core.fleet.fault import (
     Fault,
     Suspicion,
@@ -113,8 +114,8 @@ class FaultSearch:
         return None
 
     def _suspect(self, suspected: list[Suspicion], now_ns: int) -> None:
-        """Note which drones have been suspected for some time: one of them is wrong."""
-        wrong = suspects(suspected)
+        """Note which drones have been suspected for some time: one of them probably is wrong."""
+        wrong = suspects(suspected, FAULT.probably)
         self._suspected_ns = {one: self._suspected_ns.get(one, now_ns) for one in sorted(wrong)}
         for number, one in enumerate(self._drones):
             since_ns = self._suspected_ns.get(number, now_ns)

@@ -65,6 +65,14 @@ def test_a_drone_is_named_only_if_no_other_could_be_it():
     assert culprit([]) is None
 
 
+def test_drones_disagree_before_one_is_surely_wrong():
+    compass, likely = FAULTS[0], math.log(5.0 / TUNING.probability)
+    found = [Suspicion(0, compass, likely), Suspicion(1, compass, likely - 1.5)]
+    assert suspects(found) == set()
+    assert suspects(found, TUNING.probably) == {0, 1}
+    assert suspects([Suspicion(0, compass, likely - 1.0)], TUNING.probably) == set()
+
+
 @pytest.mark.parametrize(
     ("ratios", "expected"),
     [
