@@ -64,6 +64,20 @@ def check(args: argparse.Namespace) -> None:
     unknown = {name for name, _ in args.drone_params} - {name for name, _ in args.drone}
     if unknown:
         raise ConfigError(f"--drone-params names {min(unknown)}, which is none of the drones.")
+    _refuse_one_recording(args)
     share = args.gnss_share
     if share is not None and not 0.0 <= share <= 1.0:
         raise ConfigError(f"--gnss-share must lie within 0 to 1, not {share:g}.")
+
+
+def _refuse_one_recording(args: argparse.Namespace) -> None:
+    """Refuse a recording of one drone as that of two: its errors would count as independent."""
+    of = dict[tuple[Path, tuple[Path, ...]], str]()
+    for name, path in args.drone:
+        own = tuple(file.resolve() for drone, file in args.drone_params if drone == name)
+        other = of.setdefault((path.resolve(), own), name)
+        if other != name:
+            raise ConfigError(
+                f"{other} and {name} have the same recording, {path}; give one of each drone, or "
+                "--drone-params with each one's topics if it contains both."
+            )

@@ -140,7 +140,12 @@ def test_one_drone_with_a_name_is_a_drone_alone(two, tmp_path):
         (["--drone", "a=x", "--drone-params", "b=y"], "names b, which is none of the drones"),
         (["--drone", "a=x", "--gnss-share", "2"], "--gnss-share must lie within 0 to 1, not 2"),
         (["bag", "--gnss-share", "0.2"], "--gnss-share applies only with --drone"),
-        (["--drone", "a=absent", "--drone", "b=absent"], "absent"),
+        (["--drone", "a=absent", "--drone", "b=absent as well"], "absent"),
+        (["--drone", "a=x", "--drone", "b=./x"], "a and b have the same recording"),
+        (
+            ["--drone", "a=x", "--drone", "b=x", "--drone-params", "b=topics.yaml"],
+            "topics.yaml: cannot be read",  # one recording may contain both drones
+        ),
         (["--drone", "a=absent", "--method", "paper"], "absent"),
     ],
 )
