@@ -15,8 +15,12 @@ two of them: its latency is known no better than that, so it is estimated at onc
 A trial begins with the images of the last seconds. While its latency is not known to 0.1 s they
 tell nothing of the platform's other errors, so they are taken in once more when it is.
 
+Until then, and while a trial takes in earlier images, published covariances contain what each other
+latency makes of positions (`LatencyCover`).
+
 The question is closed once it is decided, or after `decided_s` in motion: a latency does not begin
-in mid-flight, unlike a fault.
+in mid-flight, unlike a fault. If another latency is likelier then than before any image,
+covariances contain it from then on.
 """
 
 from __future__ import annotations
@@ -28,6 +32,7 @@ import numpy as np
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.latency_cover import LatencyCover
 from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial, learn
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
@@ -106,7 +111,7 @@ class LatencyDoubt:
     """
 
     def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
-        self.open, self.doubted = True, False
+        self.open, self.doubted, self._covers = True, False, True
         self.trial: LatencyTrial | None = None
         self._inputs = inputs
         self.unknown = _unknown(config)
@@ -116,6 +121,7 @@ class LatencyDoubt:
         self.search = LatencySearch(self.unknown, inputs, weighs=True)
         self._moved_s = 0.0
         self._nats = -math.inf
+        self._cover = LatencyCover(self.search.corrections, TUNING.elsewhere)
         self.reset()
 
     def reconfigure(self, config: EstimatorConfig) -> EstimatorConfig:
@@ -126,6 +132,7 @@ class LatencyDoubt:
             former = self.search
             self.search = LatencySearch(self.unknown, self._inputs, weighs=True)
             self.search.follow(former)
+            self._cover = LatencyCover(self.search.corrections, TUNING.elsewhere)
         return self.unknown if self.doubted else config
 
     def reset(self) -> None:
@@ -139,6 +146,7 @@ class LatencyDoubt:
         """Begin with none of the images so far: telemetry or `map` are others now."""
         self._drop()
         self._recent.images.clear()
+        self._cover.forget()
 
     def _drop(self) -> None:
         """End what was begun with recent images; it may begin anew."""
@@ -147,6 +155,7 @@ class LatencyDoubt:
     def close(self) -> None:
         """Decide no more, and begin no more with recent images."""
         self.open, self.trial, self._again = False, None, True
+        self._covers = False
 
     @property
     def active(self) -> bool:
@@ -173,6 +182,7 @@ class LatencyDoubt:
         self._moved_s += self._moved(stamp_ns, scene.in_map)
         self._last = stamp_ns, scene.in_map
         gains = evidence.gains(self.search.excess)
+        self._cover.weigh(gains)
         far = gains[np.abs(self.search.corrections) > TUNING.settled_apart_s]
         gains = np.delete(gains, evidence.configured)
         prior = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))
@@ -180,11 +190,14 @@ class LatencyDoubt:
         self._nats = prior + best + math.log(float(np.exp(gains - best).mean()))
         if self.stamped_seldom:
             self._nats = math.inf
-        settled = self._moved_s > TUNING.decided_s or float(far.max()) < TUNING.settled_nats
+        right = float(far.max()) < TUNING.settled_nats
         endless = self._moved_s > 2.0 * TUNING.decided_s
+        likelier = self._nats > prior
+        settled = right or endless or self._moved_s > TUNING.decided_s
         if self._nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
             self._drop()
         self.open = self.trial is not None or not settled
+        self._covers = self.open or (likelier and not right)
         self.due_ns = stamp_ns + round(TUNING.interval_s * 1e9) if self.open else NEVER_NS
 
     def try_another(
@@ -285,11 +298,23 @@ class LatencyDoubt:
         search.conclude()
         return search
 
+    def note(self, scene: PosedFrame) -> None:
+        """Note the camera of an image, whose result is to be `mixed`."""
+        if self._covers:
+            self._cover.add(1e-9 * scene.detections.stamp_ns, scene.in_map)
+
     def mixed(self, result: FrameResult, local: LocalMap | None) -> FrameResult:
-        """Return a result as moments of the mixture of both hypotheses while it is undecided."""
-        if self.trial is None or self.doubted or local is None:
+        """Return a result as moments of the mixture of both hypotheses while it is undecided.
+
+        Robots that no trial has are as uncertain as other latencies would displace them.
+        """
+        if self.doubted or local is None or not (self._covers and result.estimates):
             return result
-        return self.trial.mixed(result, 1.0 / (1.0 + math.exp(-self._nats)), local)
+        alone = self._cover.widened(result.estimates)
+        if self.trial is not None:
+            probability = 1.0 / (1.0 + math.exp(-self._nats))
+            alone = self.trial.mixed(result.estimates, alone, probability, local)
+        return replace(result, estimates=tuple(alone))
 
     def _moved(self, stamp_ns: int, pose: MapPose) -> float:
         """Return the time since the last image, s; 0 if the camera has hardly moved or turned."""

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,7 +30,7 @@ from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
 from aerial_gnss_ros.core.tracker.box_account import Settled
 from aerial_gnss_ros.core.tracker.tracker import Tracker
-from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate
+from aerial_gnss_ros.core.values.estimates import RobotEstimate
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Rejection
 
@@ -148,24 +148,29 @@ class LatencyTrial:
         if names:
             self._tracker.rename(names)
 
-    def mixed(self, result: FrameResult, probability: float, local: LocalMap) -> FrameResult:
-        """Return a published result as moments of the mixture with this trial's robots.
-
-        While images wait, its robots are those of seconds ago, and the result stays as it is.
+    def mixed(
+        self,
+        estimates: Sequence[RobotEstimate],
+        alone: list[RobotEstimate],
+        probability: float,
+        local: LocalMap,
+    ) -> list[RobotEstimate]:
+        """Return published robots as moments of the mixture with this trial's.
 
         Args:
-            result: by the configured latency.
+            estimates: by the configured latency.
+            alone: what is published of robots that the trial does not have; while images wait, its
+                robots are those of seconds ago, and it has none.
             probability: of another latency.
             local: the frame `map`.
         """
         if self.behind:
-            return result
-        others = [self._robots.get(one.robot_id) for one in result.estimates]
-        estimates = [
-            one if other is None else _mixture(one, other, probability, local)
-            for one, other in zip(result.estimates, others, strict=True)
+            return alone
+        others = [self._robots.get(one.robot_id) for one in estimates]
+        return [
+            own if other is None else _mixture(one, other, probability, local)
+            for one, own, other in zip(estimates, alone, others, strict=True)
         ]
-        return replace(result, estimates=tuple(estimates))
 
     def _take(self, image: SeenImage) -> bool:
         """Process an image; return False while telemetry of its scene may still come."""

@@ -13,6 +13,7 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.estimation import latency_doubt, latency_trial, recent_images
+from aerial_gnss_ros.core.values.estimates import State
 
 STATED = {"noise.gnss_offset_m": 0.02, "noise.robot_acceleration": 0.01}
 ROBOTS = {"a": lambda _t: (2.0, 18.0), "b": lambda _t: (-3.0, 22.0), "c": lambda _t: (6.0, 24.0)}
@@ -140,13 +141,35 @@ def test_telemetry_with_stamps_of_images_is_late(sea, telemetry, estimated):
 
 
 def test_the_configured_latency_is_kept_to_the_last_bit(sea):
+    """Only covariances contain others, and only until they are ruled out."""
     flown = []
     for stated in (STATED, STATED | {"camera.find_latency": False}):
         engine = sea.estimator(stated)
-        flown.append(places(sea.play(engine, late_world(sea, 0.0), 18.0)))
+        flown.append(sea.play(engine, late_world(sea, 0.0), 18.0))
         assert not engine.happened["latency_doubted"]
-    assert flown[0]
-    assert flown[0] == flown[1]
+    assert places(flown[0])
+    for result, alone in zip(*flown, strict=True):
+        for one, other in zip(result.estimates, alone.estimates, strict=True):
+            assert one.position.tolist() == other.position.tolist()
+            assert one.velocity.tolist() == other.velocity.tolist()
+            assert one.sigma >= other.sigma
+    assert places(flown[0][-20:]) == places(flown[1][-20:])
+
+
+def test_positions_contain_a_latency_that_is_not_found_yet(sea):
+    """The camera was up to 5 m elsewhere."""
+    beyond = []
+    truth = np.array([place(0.0) for place in ROBOTS.values()])
+    for find in (True, False):
+        engine = sea.estimator(STATED | {"camera.find_latency": find})
+        results = sea.play(engine, late_world(sea, 1.5), 5.0, images=5)
+        assert not engine.happened["latency_doubted"]
+        off = [
+            np.linalg.norm(truth - one.position, axis=1).min() / one.sigma
+            for result in results for one in result.estimates if one.state is State.CONFIRMED
+        ]  # fmt: skip
+        beyond.append(float(np.mean(np.square(off))))
+    assert beyond[1] > 4.0 * beyond[0]
 
 
 def test_a_doubt_that_ends_leaves_nothing_behind(sea, monkeypatch):

@@ -82,7 +82,9 @@ def shown(sea, trial, late, waits=False):
     trial.add(seen(sea.boxes(1.0, [[640.0, 360.0]]), {"aqua_1": 0}))
     trial.behind = waits
     one = estimate(now, 10.0, 1.0)
-    return trial.mixed(result(now, one, estimate(now, 30.0, 1.0, "aqua_2")), 0.25, LOCAL).estimates
+    found = [one, estimate(now, 30.0, 1.0, "aqua_2")]
+    alone = [replace(each, covariance=5.0 * each.covariance) for each in found]
+    return trial.mixed(found, alone, 0.25, LOCAL)
 
 
 def test_moments_of_the_mixture_are_published(sea, trial):
@@ -92,14 +94,14 @@ def test_moments_of_the_mixture_are_published(sea, trial):
     assert one.covariance[1, 1] == pytest.approx(0.75 * 1.0 + 0.25 * 3.0)
     place = LOCAL.places(one.position[None])
     assert (one.latitude, one.longitude) == (place[0][0], place[1][0])
-    np.testing.assert_array_equal(other.covariance, np.eye(4))  # unknown to the trial
+    np.testing.assert_array_equal(other.covariance, 5.0 * np.eye(4))  # unknown to the trial
     assert other.position[0] == 30.0
 
 
 def test_a_trial_with_images_of_seconds_ago_says_nothing_of_now(sea, trial):
     one, _ = shown(sea, trial, estimate(sea.stamp(-14.0), 14.0, 3.0), waits=True)
     assert one.position.tolist() == [10.0, 5.0]
-    np.testing.assert_array_equal(one.covariance, np.eye(4))
+    np.testing.assert_array_equal(one.covariance, 5.0 * np.eye(4))
 
 
 def test_a_trial_of_earlier_images_goes_on_as_it_is(sea, trial):

@@ -1,0 +1,128 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""By how much positions are less certain while the latency may be another one.
+
+What was tracked with the wrong latency is where the box would be seen from the camera of another
+time. The cameras of the last seconds say where that is for each larger latency, exactly, however
+the drone moves: no derivative is used. A negative latency's camera is still to come; what it makes
+of positions is taken to be as far off, on the other side. Each latency counts by its probability,
+given what images have said so far: the second moment of the mixture about what is published.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
+from aerial_gnss_ros.core.geometry.map_pose import MapPose
+from aerial_gnss_ros.core.values.estimates import RobotEstimate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LatencyCoverTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    apart_s: float = 0.1
+    """Least time between the cameras that are kept, s: the step of candidate latencies."""
+    least_past_s: float = 0.5
+    """Time from which on past cameras say how those before them moved, s. Judged."""
+    least_depression: float = 0.05
+    """Sine of the angle below the horizon from which another camera is taken to see the water: a
+    box nearer to the horizon says nothing of how far it is. Judged."""
+
+
+TUNING = LatencyCoverTuning()
+
+
+class LatencyCover:
+    """Remembers cameras, and says what other latencies make of positions.
+
+    Args:
+        corrections: (h,) candidate latencies less the configured one, ascending, s.
+        elsewhere: probability before any image that the latency is another one than configured.
+    """
+
+    def __init__(self, corrections: Array, elsewhere: float) -> None:
+        self._late, self._elsewhere = np.abs(corrections), elsewhere
+        self.weigh(np.zeros(len(corrections)))
+        self.forget()
+
+    def weigh(self, gains: Array) -> None:
+        """Take over how likely latencies are.
+
+        Args:
+            gains: (h,) log likelihood of each over the configured one, whose own is 0.
+        """
+        weights = self._elsewhere / (len(gains) - 1) * np.exp(gains)
+        weights[int(np.argmin(self._late))] = 1.0 - self._elsewhere
+        self._probabilities: Array = weights / weights.sum()
+
+    def forget(self) -> None:
+        """Forget the cameras so far: `map` or telemetry are others now."""
+        self._cameras: deque[tuple[float, MapPose]] = deque()
+        self._now_s, self._camera = 0.0, MapPose(np.zeros(3), np.eye(3))
+
+    def add(self, time_s: float, camera: MapPose) -> None:
+        """Note the camera of an image's scene, with the configured latency.
+
+        Args:
+            time_s: of the scene, s.
+            camera: measured.
+        """
+        self._now_s, self._camera = time_s, camera
+        kept = self._cameras
+        if kept and time_s < kept[-1][0]:
+            kept.clear()
+        if not kept or time_s - kept[-1][0] >= TUNING.apart_s:
+            kept.append((time_s, camera))
+        while len(kept) > 1 and time_s - kept[1][0] > self._late.max():
+            kept.popleft()
+
+    def widened(self, estimates: Sequence[RobotEstimate]) -> list[RobotEstimate]:
+        """Return robots with covariances that contain what other latencies make of positions."""
+        found = []
+        more = self._spread(np.array([one.position for one in estimates]).reshape(-1, 2))
+        for one, wider in zip(estimates, more, strict=True):
+            covariance = one.covariance.copy()
+            covariance[:2, :2] += wider
+            found.append(replace(one, covariance=covariance))
+        return found
+
+    def _spread(self, positions: Array) -> Array:
+        """Return second moments (n, 2, 2) of other latencies' positions about some (n, 2), m²."""
+        past_s = np.array([self._now_s - time_s for time_s, _ in self._cameras])
+        if not len(past_s) or past_s[0] < TUNING.least_past_s:
+            return np.zeros((len(positions), 2, 2))
+        points = on_water_surface(positions)
+        apart = _displaced(points, self._camera, [one for _, one in self._cameras])
+        if past_s[-1] > 0.0:
+            past_s = np.append(past_s, 0.0)
+            apart = np.concatenate([apart, np.zeros((1, len(points), 2))])
+        past_s, apart = past_s[::-1], apart[::-1]
+        # Before the first camera it moved on as from there to now.
+        known = np.minimum(self._late, past_s[-1])
+        beyond = self._late / np.maximum(known, TUNING.apart_s)
+        after = np.clip(np.searchsorted(past_s, known), 1, len(past_s) - 1)
+        part = (known - past_s[after - 1]) / (past_s[after] - past_s[after - 1])
+        part, beyond = part[:, None, None], np.maximum(beyond, 1.0)[:, None, None]
+        off = beyond * ((1.0 - part) * apart[after - 1] + part * apart[after])
+        return np.asarray(np.einsum("h,hni,hnj->nij", self._probabilities, off, off))
+
+
+def _displaced(points: Array, camera: MapPose, others: Sequence[MapPose]) -> Array:
+    """Return how far (m, n, 2) m other cameras show points (n, 3) from where a camera does, m."""
+    position = np.array([one.position for one in others])
+    turn = np.array([one.rotation for one in others]) @ camera.rotation.T
+    rays = np.einsum("mij,nj->mni", turn, points - camera.position)
+    length = np.linalg.norm(rays, axis=2)
+    down = np.maximum(-rays[..., 2], TUNING.least_depression * length)
+    reach = (position[:, None, 2] - points[:, 2]) / down
+    places = position[:, None, :2] + rays[..., :2] * reach[..., None]
+    return np.asarray(places - points[:, :2])
