@@ -19,8 +19,8 @@ Until then, and while a trial takes in earlier images, published covariances con
 latency makes of positions (`LatencyCover`).
 
 The question is closed once it is decided, or after `decided_s` in motion: a latency does not begin
-in mid-flight, unlike a fault. If another latency is likelier then than before any image,
-covariances contain it from then on.
+in mid-flight, unlike a fault. If another latency is likelier then than before any image, it stays
+open for twice that time, and covariances contain it from then on.
 """
 
 from __future__ import annotations
@@ -193,7 +193,7 @@ class LatencyDoubt:
         right = float(far.max()) < TUNING.settled_nats
         endless = self._moved_s > 2.0 * TUNING.decided_s
         likelier = self._nats > prior
-        settled = right or endless or self._moved_s > TUNING.decided_s
+        settled = right or endless or (self._moved_s > TUNING.decided_s and not likelier)
         if self._nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
             self._drop()
         self.open = self.trial is not None or not settled

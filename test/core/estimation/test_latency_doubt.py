@@ -172,6 +172,20 @@ def test_positions_contain_a_latency_that_is_not_found_yet(sea):
     assert beyond[1] > 4.0 * beyond[0]
 
 
+def test_a_latency_likelier_than_before_the_flight_stays_open(sea, monkeypatch):
+    """After the time in which it should be decided; and it is contained once it is closed."""
+    tuning = replace(latency_doubt.TUNING, decided_s=5.0, tried_nats=50.0, settled_nats=-50.0)
+    monkeypatch.setattr(latency_doubt, "TUNING", tuning)
+    for late_s, likelier in ((1.5, True), (0.0, False)):
+        engine, world = sea.estimator(STATED), late_world(sea, late_s)
+        sea.play(engine, world, 7.0, images=5, until_flush=False)
+        assert engine._doubt.open is likelier
+        results = sea.play(engine, world, 6.0, images=5, begin=7.1)
+        assert not engine._doubt.open
+        sigma = np.mean([one.sigma for one in results[-1].estimates])
+        assert bool(sigma > 2.0) is likelier
+
+
 def test_a_doubt_that_ends_leaves_nothing_behind(sea, monkeypatch):
     """The other latency is tried from the first image on, and never believed."""
     tuning = replace(latency_doubt.TUNING, tried_nats=-50.0, dropped_nats=-60.0, doubted_nats=60.0)
