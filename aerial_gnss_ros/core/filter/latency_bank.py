@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.filter.latency_views import Mask, Views, by_pose
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import ANGLES, LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
 
 Array = NDArray[np.float64]
@@ -133,7 +133,8 @@ class LatencyBank:
             rotations: (h, 3, 3) camera FLU in `map`.
             anew: (h,) whether robots begin anew at their boxes; None: none do.
             interpolation: (h, 6) variances of the poses, see `Views`.
-            level: factor by which white noise of boxes and poses is larger than stated.
+            level: factor by which white noise of boxes and poses is larger than stated; those of
+                slow errors of compass and gimbal are likely to be so, too.
         """
         self._level = level
         self._forget(now.stamp_ns)
@@ -183,7 +184,8 @@ class LatencyBank:
         by_errors = np.eye(6)
         by_errors[3:, 3:] = level_axes(rotations[len(rotations) // 2])
         moved = by_pose(views.offsets(x[..., :2])) @ by_errors
-        slow = self._model.stationary(fix_covariance)[:LATENCY, :LATENCY]
+        slow = self._model.stationary(fix_covariance)[:LATENCY, :LATENCY].copy()
+        slow[ANGLES, ANGLES] *= self._level
         time = self._model.correlation_time_s
         if time > 0.0:
             P[..., :2, :2] += moved @ slow @ moved.swapaxes(2, 3) * (2.0 * passed / time)

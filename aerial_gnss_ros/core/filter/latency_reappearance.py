@@ -19,7 +19,7 @@ from aerial_gnss_ros.core.filter.latency_views import Views, by_pose
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import ANGLES, LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import inverse
 
 Array = NDArray[np.float64]
@@ -72,7 +72,8 @@ class Reappearance:
             pixels: (n, 2) centres of this image's boxes.
             passed: time since the last image, s.
             views: the camera at each latency.
-            level: factor by which white noise of boxes and poses is larger than stated.
+            level: factor by which white noise of boxes and poses is larger than stated; those of
+                slow errors of compass and gimbal are likely to be so, too.
         """
         apart = None
         if self._places is not None and 0.0 < passed <= TUNING.apart_s:
@@ -96,7 +97,9 @@ class Reappearance:
         # Errors that last show places elsewhere as soon as the camera moves.
         change = by_pose(views.offsets(places)) - by_pose(self._views.offsets(places))
         change[..., 3:] @= level_axes(views.optical[len(views.optical) // 2] @ FLU_FROM_OPTICAL.T)
-        elsewhere = change @ self._slow @ change.swapaxes(2, 3)
+        slow = self._slow.copy()
+        slow[ANGLES, ANGLES] *= level
+        elsewhere = change @ slow @ change.swapaxes(2, 3)
         elsewhere[..., (0, 1), (0, 1)] += (self._speed * passed) ** 2
         spread = by_place @ elsewhere @ by_place.swapaxes(2, 3) + 2.0 * level * noise
         spread[..., (0, 1), (0, 1)] += 2.0 * level * self._model.pixel

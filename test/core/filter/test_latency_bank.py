@@ -163,10 +163,11 @@ def test_an_error_that_lasts_moves_robots_as_the_camera_does(sea):
 
 
 def test_boxes_and_poses_noisier_than_stated_have_that_much_more_variance(sea):
-    """As if it were stated: white noise alone is scaled, not what lasts."""
+    """As if it were stated; so have slow errors of the angles, but not those of the receiver."""
 
     def found(stated, level):
-        model = platform(gnss_white=stated * 0.04, gnss_slow=0.3)
+        model = platform(gnss_white=stated * 0.04)
+        model.stationary = lambda _fix: np.diag([0.3, 0.3, 0.1, *[stated * 0.01] * 3, 0.0])
         model.pixel = stated
         own = bank(2, model)
         own.update(BankObservation(0, sea.camera, {"a": at()}), 0.0, CAMERAS, TURNS, level=level)

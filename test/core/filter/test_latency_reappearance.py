@@ -53,6 +53,21 @@ def test_noise_larger_than_stated_widens_what_is_expected(seen):
     assert squared[0] == pytest.approx(900.0 / ((SPEED_MPS * STEP_S * METRE_PX) ** 2 + 100.0))
 
 
+def test_slow_errors_of_noisy_angles_are_larger_than_stated(sea):
+    """As if it were stated: where the camera has moved on, places are elsewhere by it."""
+
+    def found(stated, level):
+        model = SimpleNamespace(white=np.zeros(6), pixel=0.0, nominal=np.zeros((7, 7)))
+        model.nominal[5, 5] = stated * 0.01
+        own = Reappearance(model, MotionModel(0.0, SPEED_MPS))
+        own.update(sea.camera, MIDDLE[None], STEP_S, views(0.0), level)
+        return own.update(sea.camera, MIDDLE[None], STEP_S, views(3.0), level)
+
+    told, learnt, unknown = found(9.0, 1.0), found(1.0, 9.0), found(1.0, 1.0)
+    np.testing.assert_allclose(learnt, told)
+    assert unknown[1] < told[1]
+
+
 def test_the_nearest_box_counts_and_far_ones_are_all_alike(seen):
     seen([MIDDLE, MIDDLE + 100.0], views(0.0))
     squared, _ = seen([MIDDLE + np.array([5.0, 0.0]), MIDDLE + 300.0], views(0.0))
