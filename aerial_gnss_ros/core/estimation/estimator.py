@@ -354,7 +354,7 @@ class Estimator:
         result = self._guard.result(frame, samples)
         seen = self._pipeline.measured
         if self._doubt is not None and seen is not None:
-            self._doubt.note(seen[0])
+            self._doubt.note(seen[0], self._pipeline.corrects)
         published = self._mixed(result)
         self._images.pop()  # by now: an exception that ends the program leaves it in the queue
         stamped = self._time.stamped(published) if self._time.begins else published

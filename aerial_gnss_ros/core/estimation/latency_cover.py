@@ -4,9 +4,11 @@
 
 What was tracked with the wrong latency is where the box would be seen from the camera of another
 time. The cameras of the last seconds say where that is for each larger latency, exactly, however
-the drone moves: no derivative is used. A negative latency's camera is still to come; what it makes
-of positions is taken to be as far off, on the other side. Each latency counts by its probability,
-given what images have said so far: the second moment of the mixture about what is published.
+the drone moves: no derivative is used. A negative latency's camera is still to come: it is taken to
+move on as it has within as long before now, on a line or around a circle. Each counts by its
+probability, given what images have said so far: the second moment of the mixture about what is
+published. Where things of known position correct all robots, what displaces these as well is
+corrected.
 """
 
 from __future__ import annotations
@@ -50,7 +52,7 @@ class LatencyCover:
     """
 
     def __init__(self, corrections: Array, elsewhere: float) -> None:
-        self._late, self._elsewhere = np.abs(corrections), elsewhere
+        self._early, self._late, self._elsewhere = corrections < 0.0, np.abs(corrections), elsewhere
         self.weigh(np.zeros(len(corrections)))
         self.forget()
 
@@ -68,15 +70,17 @@ class LatencyCover:
         """Forget the cameras so far: `map` or telemetry are others now."""
         self._cameras: deque[tuple[float, MapPose]] = deque()
         self._now_s, self._camera = 0.0, MapPose(np.zeros(3), np.eye(3))
+        self._corrects: frozenset[str] = frozenset()
 
-    def add(self, time_s: float, camera: MapPose) -> None:
+    def add(self, time_s: float, camera: MapPose, corrects: frozenset[str] = frozenset()) -> None:
         """Note the camera of an image's scene, with the configured latency.
 
         Args:
             time_s: of the scene, s.
             camera: measured.
+            corrects: labels of the things of known position that correct robots.
         """
-        self._now_s, self._camera = time_s, camera
+        self._now_s, self._camera, self._corrects = time_s, camera, corrects
         kept = self._cameras
         if kept and time_s < kept[-1][0]:
             kept.clear()
@@ -88,23 +92,44 @@ class LatencyCover:
     def widened(self, estimates: Sequence[RobotEstimate]) -> list[RobotEstimate]:
         """Return robots with covariances that contain what other latencies make of positions."""
         found = []
-        more = self._spread(np.array([one.position for one in estimates]).reshape(-1, 2))
+        fixed = [i for i, one in enumerate(estimates) if one.robot_id in self._corrects]
+        more = self._spread(np.array([one.position for one in estimates]).reshape(-1, 2), fixed)
         for one, wider in zip(estimates, more, strict=True):
             covariance = one.covariance.copy()
             covariance[:2, :2] += wider
             found.append(replace(one, covariance=covariance))
         return found
 
-    def _spread(self, positions: Array) -> Array:
-        """Return second moments (n, 2, 2) of other latencies' positions about some (n, 2), m²."""
+    def _spread(self, positions: Array, fixed: list[int]) -> Array:
+        """Return second moments (n, 2, 2) of other latencies' positions about some (n, 2), m².
+
+        Args:
+            positions: of robots in `map`, m.
+            fixed: which of them correct the others.
+        """
         past_s = np.array([self._now_s - time_s for time_s, _ in self._cameras])
         if not len(past_s) or past_s[0] < TUNING.least_past_s:
             return np.zeros((len(positions), 2, 2))
         points = on_water_surface(positions)
-        apart = _displaced(points, self._camera, [one for _, one in self._cameras])
+        places = np.array([one.position for _, one in self._cameras])
+        turns = np.array([one.rotation for _, one in self._cameras])
+        now = self._camera
+        # What moved the camera from there to here moves it on from here.
+        onward = turns.swapaxes(1, 2) @ (now.position - places)[..., None]
+        later = now.position + (now.rotation @ onward)[..., 0]
+        turned = now.rotation @ turns.swapaxes(1, 2) @ now.rotation
+        before = self._at_latencies(past_s, _displaced(points, now, places, turns))
+        after = self._at_latencies(past_s, _displaced(points, now, later, turned))
+        off = np.where(self._early[:, None, None], after, before)
+        if fixed:
+            off = off - off[:, fixed].mean(axis=1, keepdims=True)
+        return np.asarray(np.einsum("h,hni,hnj->nij", self._probabilities, off, off))
+
+    def _at_latencies(self, past_s: Array, apart: Array) -> Array:
+        """Return (h, n, 2) at all latencies what is known at times (m,) before now, m."""
         if past_s[-1] > 0.0:
             past_s = np.append(past_s, 0.0)
-            apart = np.concatenate([apart, np.zeros((1, len(points), 2))])
+            apart = np.concatenate([apart, np.zeros((1, *apart.shape[1:]))])
         past_s, apart = past_s[::-1], apart[::-1]
         # Before the first camera it moved on as from there to now.
         known = np.minimum(self._late, past_s[-1])
@@ -112,17 +137,22 @@ class LatencyCover:
         after = np.clip(np.searchsorted(past_s, known), 1, len(past_s) - 1)
         part = (known - past_s[after - 1]) / (past_s[after] - past_s[after - 1])
         part, beyond = part[:, None, None], np.maximum(beyond, 1.0)[:, None, None]
-        off = beyond * ((1.0 - part) * apart[after - 1] + part * apart[after])
-        return np.asarray(np.einsum("h,hni,hnj->nij", self._probabilities, off, off))
+        return np.asarray(beyond * ((1.0 - part) * apart[after - 1] + part * apart[after]))
 
 
-def _displaced(points: Array, camera: MapPose, others: Sequence[MapPose]) -> Array:
-    """Return how far (m, n, 2) m other cameras show points (n, 3) from where a camera does, m."""
-    position = np.array([one.position for one in others])
-    turn = np.array([one.rotation for one in others]) @ camera.rotation.T
+def _displaced(points: Array, camera: MapPose, places: Array, turns: Array) -> Array:
+    """Return how far (m, n, 2) other cameras show points (n, 3) from where a camera does, m.
+
+    Args:
+        points: on the water, in `map`, m.
+        camera: that one.
+        places: (m, 3) of the others, m.
+        turns: (m, 3, 3) of the others, camera FLU in `map`.
+    """
+    turn = turns @ camera.rotation.T
     rays = np.einsum("mij,nj->mni", turn, points - camera.position)
     length = np.linalg.norm(rays, axis=2)
     down = np.maximum(-rays[..., 2], TUNING.least_depression * length)
-    reach = (position[:, None, 2] - points[:, 2]) / down
-    places = position[:, None, :2] + rays[..., :2] * reach[..., None]
-    return np.asarray(places - points[:, :2])
+    reach = (places[:, None, 2] - points[:, 2]) / down
+    shown = places[:, None, :2] + rays[..., :2] * reach[..., None]
+    return np.asarray(shown - points[:, :2])

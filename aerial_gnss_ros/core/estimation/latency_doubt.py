@@ -298,10 +298,15 @@ class LatencyDoubt:
         search.conclude()
         return search
 
-    def note(self, scene: PosedFrame) -> None:
-        """Note the camera of an image, whose result is to be `mixed`."""
+    def note(self, scene: PosedFrame, corrects: frozenset[str]) -> None:
+        """Note the camera of an image, whose result is to be `mixed`.
+
+        Args:
+            scene: the image.
+            corrects: labels of things of known position that correct its positions.
+        """
         if self._covers:
-            self._cover.add(1e-9 * scene.detections.stamp_ns, scene.in_map)
+            self._cover.add(1e-9 * scene.detections.stamp_ns, scene.in_map, corrects)
 
     def mixed(self, result: FrameResult, local: LocalMap | None) -> FrameResult:
         """Return a result as moments of the mixture of both hypotheses while it is undecided.

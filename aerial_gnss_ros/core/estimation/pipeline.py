@@ -60,6 +60,7 @@ class Pipeline:
         latency: estimate of the images' latency.
         tracking: of the robots.
         measured: the last image that was tracked, and the box of each labelled robot.
+        corrects: labels of the things of known position that corrected its positions.
     """
 
     def __init__(
@@ -91,6 +92,7 @@ class Pipeline:
             )
         self._altitude_told = False
         self.measured: tuple[PosedFrame, dict[str, int]] | None = None
+        self.corrects: frozenset[str] = frozenset()
         self._locate = paper.locate if config.method == "paper" else localization.locate
 
     @property
@@ -289,7 +291,7 @@ class Pipeline:
         assert local is not None  # noqa: S101 - see `_scene`
         exact = exact_points(scene, points, self._config) if method == "paper" else points
         update = self.tracking.update(scene, exact, local)
-        self.measured = scene, update.measured
+        self.measured, self.corrects = (scene, update.measured), update.corrects
         if self.latency.found is not None:
             self.latency.update(scene, update.measured, local)
         reasons: Reasons = []

@@ -33,6 +33,7 @@ class TrackUpdate:
         too_fast: (n,) True where it was refused because it implies an impossible speed.
         platform: errors of the platform, if the tracker estimates them.
         current: with which some robots drift, if it is known.
+        corrects: labels of the things of known position by which positions are corrected.
     """
 
     estimates: tuple[RobotEstimate, ...]
@@ -41,6 +42,7 @@ class TrackUpdate:
     too_fast: NDArray[np.bool_]
     platform: tuple[PlatformError, ...] = ()
     current: Current | None = None
+    corrects: frozenset[str] = frozenset()
 
 
 class Tracking(Protocol):

@@ -187,7 +187,8 @@ class Tracker:
         estimates, platform = self._estimates(stamp_ns)
         fork, moored = self._recovery.fork, self.table.filter.moored
         current = None if fork or moored is None else moored.current()
-        return TrackUpdate(estimates, names, *masks, platform, current)
+        corrects = frozenset(self._references.links.values())
+        return TrackUpdate(estimates, names, *masks, platform, current, corrects)
 
     def reconfigure(self, config: EstimatorConfig, change: CalibrationChange) -> None:
         """Use another configuration from the next image on (see `Tracking`)."""

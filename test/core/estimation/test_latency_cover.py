@@ -22,9 +22,9 @@ def camera(east, yaw=0.0, up=30.0):
     return MapPose(np.array([east, 0.0, up]), turned @ FLU_FROM_OPTICAL.T)
 
 
-def robot(east, north):
+def robot(east, north, name="aqua_1"):
     return RobotEstimate(
-        0, "aqua_1", "aqua", State.CONFIRMED, 0.2, -1.0, 0.0, np.array([east, north]), np.zeros(2),
+        0, name, "aqua", State.CONFIRMED, 0.2, -1.0, 0.0, np.array([east, north]), np.zeros(2),
         np.eye(4), 0,
     )  # fmt: skip
 
@@ -53,6 +53,23 @@ def test_a_camera_that_turns_shows_robots_around_it():
     wider = added(flown(lambda t: camera(0.0, t)))
     chords = 2.0 * 5.0 * np.sin([0.5, 1.0])
     assert np.trace(wider) == pytest.approx(0.05 * float(chords @ chords), rel=0.01)
+
+
+def circling(t):
+    """Around a place 20 m ahead, at 0.4 rad/s."""
+    turned = rotation_matrix(np.array([0.0, 0.0, 0.4 * t]))
+    position = turned @ np.array([-20.0, 0.0, 0.0]) + np.array([0.0, 0.0, 30.0])
+    return MapPose(position, turned @ camera(0.0).rotation)
+
+
+@pytest.mark.parametrize("late_s", [-2.0, 2.0])
+def test_a_camera_that_circles_goes_on_around_its_circle(late_s):
+    """What stays seems to turn about the middle: the other way where the latency is negative."""
+    cover = flown(circling)
+    cover.weigh(np.where(late_s == LATE, 50.0, -50.0))
+    turned = rotation_matrix(np.array([0.0, 0.0, -0.4 * late_s]))[:2, :2]
+    off = turned @ np.array([3.0, 4.0]) - np.array([3.0, 4.0])
+    np.testing.assert_allclose(added(cover), np.outer(off, off), atol=0.03)
 
 
 def test_each_latency_counts_by_its_probability():
@@ -89,3 +106,16 @@ def test_another_map_begins_anew():
     cover.forget()
     assert not added(cover).any()
     assert cover.widened([]) == []
+
+
+def test_a_reference_corrects_what_displaces_all_alike():
+    cover = LatencyCover(LATE, 0.1)
+    for t in np.arange(0.0, 4.05, 0.1):
+        cover.add(t, camera(5.0 * t, 0.2 * t), frozenset({"beacon_1"}))
+    robots = [robot(23.0, 4.0, "beacon_1"), robot(23.0, 9.0)]
+    own, other = (one.covariance[:2, :2] - np.eye(2) for one in cover.widened(robots))
+    np.testing.assert_allclose(own, 0.0, atol=1e-12)
+    chords = 2.0 * 5.0 * np.sin([0.1, 0.2])  # it seems to turn about the reference
+    assert np.trace(other) == pytest.approx(0.05 * float(chords @ chords), rel=0.01)
+    (alone,) = cover.widened(robots[1:])  # the reference is not there any more
+    assert np.trace(alone.covariance[:2, :2]) > 5.0
