@@ -48,7 +48,7 @@ class LatencyEvidenceTuning:
     most_images: int = 400
     """Number of images that are kept. Judged."""
     least_variance: float = 1.0
-    """Added to the variance of the images' differences: a few may agree by chance. Judged."""
+    """Added to the variance that noise does not explain: few images may agree by chance. Judged."""
 
 
 TUNING = LatencyEvidenceTuning()
@@ -193,8 +193,9 @@ class LatencyEvidence:
         """Return the log likelihoods (h,) over one candidate by the images that both have.
 
         Telemetry that is rounded or interpolated has another error at each candidate's time, which
-        is in no noise that was stated. Then images favour now one candidate and now another; if
-        their differences have the mean m and the variance s², n of them tell n m² / 2 s² at most.
+        is in no noise that was stated. Then images favour now one candidate and now another. If
+        noise is as stated, differences with the mean m have the variance 4 m (-2 log likelihoods of
+        Gaussian errors); if it is s² more, n of them tell n m² / 2 s² at most.
         """
         count, total, squares = np.zeros((3, len(self._corrections)))
         for stretch in self._stretches:
@@ -207,8 +208,10 @@ class LatencyEvidence:
             total += apart.sum(axis=0)
             squares += np.square(apart).sum(axis=0)
         count = np.maximum(count, 1.0)
-        variance = np.maximum(squares - total**2 / count, 0.0) / count + TUNING.least_variance
-        sure = 0.5 * total**2 / (count * variance)
+        mean = total / count
+        unmodelled = squares / count - mean**2 - 4.0 * np.maximum(mean, 0.0)
+        variance = np.maximum(unmodelled, 0.0) + TUNING.least_variance
+        sure = 0.5 * count * mean**2 / variance
         return np.asarray(np.minimum(total / (2.0 * TUNING.caution), sure))
 
     def _weighed(self, stretch: Stretch, excess: float) -> tuple[Array, Mask]:
