@@ -85,10 +85,17 @@ def check_depth(path: Path, most_bytes: int) -> None:
             depth += isinstance(event, yaml.CollectionStartEvent)
             depth -= isinstance(event, yaml.CollectionEndEvent)
             if depth > MOST_DEPTH:
-                where = f"line {event.start_mark.line + 1} " if event.start_mark else ""
-                raise InputError(f"{path}: {where}nests deeper than {MOST_DEPTH} levels.")
+                raise InputError(f"{path}: {_too_deep(event.start_mark)}")
     except yaml.YAMLError as error:
+        if "nesting depth" in str(error):  # libyaml's own limit, before it yields any event
+            mark = getattr(error, "problem_mark", None)
+            raise InputError(f"{path}: {_too_deep(mark)}") from error
         raise InputError(f"{path}: is not YAML: {_problem(error, text)}.") from error
+
+
+def _too_deep(mark: yaml.Mark | None) -> str:
+    where = f"line {mark.line + 1} " if mark else ""
+    return f"{where}nests deeper than {MOST_DEPTH} levels."
 
 
 def _load(text: str, first: bool) -> Any:
