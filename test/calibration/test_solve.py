@@ -74,20 +74,16 @@ def test_telemetry_once_a_second() -> None:
     assert fit.residual_px == pytest.approx(2.0, abs=0.15)
 
 
-def test_samples_that_repeat_tell_no_latency_to_images_in_step_with_them() -> None:
-    """Each value stands twice, as in logs written with the images: samples zigzag about the motion.
-
-    Halfway between two of them interpolation cancels that, wherever the latency is.
-    """
+def test_samples_that_are_sent_again_are_no_measurements() -> None:
+    """Each value stands twice, as in logs written with the images: the second one says nothing."""
     gaps = {name: {"max_gap": 3.0} for name in ("gimbal", "height", "fix")}
     config = estimator_config(gaps)
     made = experiment("transit", 0.1, 2, swims=True, telemetry_hz=2.0)
     fit = calibrate(record(made, config, repeats=2), config)
     value, sigma = fit.value("latency")
-    assert value % 0.5 == pytest.approx(0.25, abs=0.02)
-    assert sigma < 0.02
-    assert "halfway between any two samples 0.50 s apart" in fit.ambiguities["latency"]
-    assert not fit.determined("latency")
+    assert abs(value - 0.1) < 3.0 * sigma
+    assert sigma < 0.06
+    assert fit.ambiguities == {}
 
 
 def test_telemetry_of_another_flight_determines_nothing() -> None:

@@ -115,7 +115,10 @@ def test_the_receiver_s_offset_has_the_sign_of_its_error(two, tmp_path):
 def test_one_drone_with_a_name_is_a_drone_alone(two, tmp_path):
     bags, _ = two
     swimming = tmp_path / "swimming.yaml"
-    swimming.write_text("/**/estimator:\n  ros__parameters:\n    tracks.find_moored: false\n")
+    swimming.write_text(
+        "/**/estimator:\n  ros__parameters:\n    tracks.find_moored: false\n"
+        "    camera.find_latency: false\n"
+    )
     own = ["--params", str(swimming), *QUICK]
     assert main(["replay", "--drone", f"a={bags / 'a'}", "-o", str(tmp_path / "one"), *own]) == 0
     assert main(["replay", str(bags / "a"), "-o", str(tmp_path / "plain"), *own]) == 0

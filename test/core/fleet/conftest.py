@@ -147,8 +147,13 @@ def fly(
     made = together(first, flown, Formation(formation, count, share), seed, plans)
     configs, sightings, alone = {}, {}, {}
     for (name, one), noise in zip(made.items(), noises, strict=False):
-        settings = {"noise.set": noise, "fix.altitude_datum": "ellipsoid"} | (set_ or {})
-        configs[name] = estimator_config(settings | {"tracks.find_moored": False})
+        settings = {
+            "noise.set": noise,
+            "fix.altitude_datum": "ellipsoid",
+            "tracks.find_moored": False,
+            "camera.find_latency": False,  # covariances of a drone alone contain it, a fleet's none
+        }
+        configs[name] = estimator_config(settings | (set_ or {}))
         estimator, taps = Estimator(configs[name]), []
 
         def tapped(tracker, taps=taps):
