@@ -93,7 +93,7 @@ def check_depth(path: Path, most_bytes: int) -> None:
         raise InputError(f"{path}: is not YAML: {_problem(error, text)}.") from error
 
 
-def _too_deep(mark: yaml.Mark | None) -> str:
+def _too_deep(mark: Any) -> str:
     where = f"line {mark.line + 1} " if mark else ""
     return f"{where}nests deeper than {MOST_DEPTH} levels."
 
