@@ -31,7 +31,7 @@ class HeldValuesTuning:
     runs: int = 3
     """Number of recent positions by which it is judged whether they are held. Judged."""
     repeated: int = 2
-    """Least number of these that were sent more than once: some are not at 10 Hz of 6. Judged."""
+    """Least number of these sent more than once: not all are, of 6 Hz sent at 10 Hz. Judged."""
     longest_ratio: float = 2.0
     """Greatest ratio of the longest to the median time for which one was sent. Judged."""
     hold_ratio: float = 1.5
