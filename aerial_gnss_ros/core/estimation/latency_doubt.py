@@ -75,7 +75,7 @@ class LatencyDoubtTuning:
     """Sigma of another latency below which images are taken in once more, s: above, the filter
     learns nothing else."""
     interval_s: float = 0.4
-    """Least time between images that are taken, s: some ten decide, each costs as much as one in
+    """Least time between images that are taken, s: some ten decide, each costs as much as ten in
     the filter, and what fits badly does so for about as long, by one cause. Judged."""
     decided_s: float = 30.0
     """Time in motion after which the configured latency is taken for right, s. Judged."""
@@ -181,7 +181,7 @@ class LatencyDoubt:
             return
         self._moved_s += self._moved(stamp_ns, scene.in_map)
         self._last = stamp_ns, scene.in_map
-        gains = evidence.gains(self.search.excess)
+        gains = evidence.gains()
         self._cover.weigh(gains)
         far = gains[np.abs(self.search.corrections) > TUNING.settled_apart_s]
         gains = np.delete(gains, evidence.configured)

@@ -30,10 +30,10 @@ class LatencyBandTuning:
     steps: int = 10
     """Number of candidates of a band of negative latencies: 1 s. Narrower ones are told sooner, and
     each costs as much time of the processor as a wide one. Judged."""
-    elsewhere_squares: float = 10.0
-    """Mean normalised squared distance of boxes from those of the last image, at the latency that
-    fits best, from which the picture has jumped, and robots begin anew: 2 is right, 15 the most.
-    Judged."""
+    elsewhere_misfit: float = 8.0
+    """Mean normalised squared distance of boxes from those of the last image beyond the expected
+    one, at the latency that fits best, from which the picture has jumped, and robots begin anew: 0
+    is right, 13 the most. Judged."""
 
 
 TUNING = LatencyBandTuning()
@@ -103,7 +103,7 @@ class LatencyBand:
 
     def compare(
         self, seen: BankObservation, centers: Array, passed: float, views: Views, rotations: Array,
-        anew: Mask | None, level: float,
+        anew: Mask | None,
     ) -> tuple[tuple[Array, Array] | None, LatencyFit | None]:  # fmt: skip
         """Return how an image fits each candidate, see `Reappearance` and `LatencyBank`.
 
@@ -114,14 +114,13 @@ class LatencyBand:
             views: the camera at each of m candidates.
             rotations: (m, 3, 3) camera FLU in `map`.
             anew: (m,) where robots begin anew; None: only labelled robots are compared.
-            level: factor by which white noise is larger than stated.
         """
-        given = passed, views.positions, rotations, anew, views.interpolation, level
+        given = passed, views.positions, rotations, anew, views.interpolation
         fit = self.bank.update(seen, *given)
         if anew is None:
             return None, fit
-        again = self._reappearance.update(seen.camera, centers, passed, views, level)
-        if again is not None and again[0].min() > TUNING.elsewhere_squares:
+        again = self._reappearance.update(seen.camera, centers, passed, views)
+        if again is not None and again[0].min() > TUNING.elsewhere_misfit:
             self.bank.reset()
             self.bank.update(seen, *given)
         return again, fit

@@ -3,27 +3,32 @@
 """A bank of Kalman filters, one for each candidate latency, with the fit of the boxes to each.
 
 With the right latency robots stay or move smoothly; with a wrong one they seem to move with the
-drone. Each filter tracks each robot separately (position and velocity in `map`, an extended Kalman
-filter on pixels) and treats the platform's slow errors as process noise of the robot: by how much
-they change, and by how much a camera that moves shows robots elsewhere with them. Errors common
-to all robots therefore count once: the cost is the mean over robots, not the sum.
+drone. What the platform's errors have in common for all robots says nothing of the latency, so each
+filter estimates them together with the robots (position and velocity in `map`, an extended Kalman
+filter on pixels).
+
+Nobody knows how large and how lasting errors are, and what was stated may be wrong by a factor. So
+each candidate has a filter for each of a few hypotheses of the noise (`HYPOTHESES`), and its fit is
+the likelihood of the mixture of these, each weighed by how well it predicted the images so far.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
+from aerial_gnss_ros.core.filter.bank_state import COMMON, BankState, ShownPlaces
+from aerial_gnss_ros.core.filter.correlation_times import TUNING as CORRELATION_TIMES
 from aerial_gnss_ros.core.filter.latency_views import Mask, Views, by_pose
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import ANGLES, LATENCY, PlatformModel
-from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
+from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 
 Array = NDArray[np.float64]
 
@@ -37,23 +42,53 @@ class LatencyBankTuning:
     Judged."""
     forget_s: float = 2.0
     """A robot unseen for longer is initialised again, s. Judged."""
-    drift_density: float = 0.1
-    """Apparent acceleration that the platform's slow errors cause as the view changes, root of its
-    spectral density, m/s^1.5. Judged."""
-    feigned_speed_mps: float = 0.3
-    """Apparent speed that they cause, one sigma, m/s. Judged."""
-    huber_latency: float = 3.0
-    """Normalised residual beyond which a box is down-weighted (Huber). Judged."""
+    noisier: float = 9.0
+    """Factor of variances by which they may be larger or smaller than stated: 3 of standard
+    deviations."""
+    turns: float = 0.1
+    """Acceleration of robots that turn, which is added to theirs, root of its spectral density,
+    m/s^1.5: what turns shows nothing of the latency. Judged."""
+    box_lasts_s: float = 1.5
+    """Correlation time of boxes' errors where these last, s: a detector that takes foam or a wake
+    for a part of the robot. Judged."""
+    box_white: float = 0.02
+    """Share of a box's variance that is white in any case: boxes are rounded. Judged."""
+    degrees: float = 4.0
+    """Degrees of freedom of Student's t distribution of a box's residual: as heavy tails as have a
+    variance. Judged."""
     out_of_view_cost: float = 30.0
     """Cost of a latency that puts a detected robot out of view. Judged."""
     lost_squared: float = 40.0
     """Normalised squared residual from which a robot begins anew at its box: what jumped, or began
     to turn by itself, costs once, and at all latencies alike. Judged."""
-    most_squared: float = 25.0
-    """Upper bound of a normalised squared residual when the noise level is judged. Judged."""
 
 
 TUNING = LatencyBankTuning()
+
+
+class NoiseHypothesis(NamedTuple):
+    """What errors may be like.
+
+    Attributes:
+        level: ratio of the variances of all errors to the stated ones.
+        lasts_s: correlation time of the platform's slow errors, s; None: as stated.
+        box_lasts_s: correlation time of boxes' errors, s; 0: they are white.
+    """
+
+    level: float = 1.0
+    lasts_s: float | None = None
+    box_lasts_s: float = 0.0
+
+
+HYPOTHESES = (
+    NoiseHypothesis(1.0 / TUNING.noisier),
+    NoiseHypothesis(),
+    NoiseHypothesis(TUNING.noisier),
+    NoiseHypothesis(1.0, CORRELATION_TIMES.quick_s),
+    NoiseHypothesis(TUNING.noisier, CORRELATION_TIMES.quick_s),
+    NoiseHypothesis(box_lasts_s=TUNING.box_lasts_s),
+)
+"""As likely as one another before any image."""
 
 
 @dataclass(frozen=True)
@@ -75,23 +110,28 @@ class BankObservation:
 
 @dataclass(frozen=True)
 class LatencyFit:
-    """Fit of one image's boxes to each of h latencies, averaged over robots.
+    """Fit of one image's boxes to each of h latencies, summed over robots.
+
+    The -2 log likelihood is the sum of misfit and size, up to a constant.
 
     Attributes:
-        cost: (h,) -2 log likelihood up to a constant; linear beyond `TUNING.huber_latency`.
-        squares: (h,) normalised squared residual; 2 is expected.
-        size: (h,) log determinant of the residual's covariance.
-        noise: (h,) trace of the pose's white noise in units of the residual's covariance.
+        misfit: (h,) what residuals in units of their noise cost beyond what is expected.
+        size: (h,) mean log determinant of the residuals' covariances.
+        count: number of robots.
     """
 
-    cost: Array
-    squares: Array
+    misfit: Array
     size: Array
-    noise: Array
+    count: int
+
+    @property
+    def of_a_robot(self) -> tuple[Array, Array]:
+        """Misfit and size (h,) in the mean over robots: errors of telemetry are common to them."""
+        return self.misfit / self.count, self.size / self.count
 
 
 class LatencyBank:
-    """Tracks robots at each of h candidate latencies.
+    """Tracks robots at each of h candidate latencies, under each hypothesis of the noise.
 
     Args:
         model: measurement noise and platform errors.
@@ -100,19 +140,22 @@ class LatencyBank:
     """
 
     def __init__(self, model: PlatformModel, motion: MotionModel, count: int) -> None:
-        self._model = model
-        self._acceleration = math.hypot(motion.acceleration, TUNING.drift_density)
-        self._speed = math.hypot(motion.speed_sigma, TUNING.feigned_speed_mps)
-        self._count = count
+        self._model, self._motion, self._count = model, motion, count
+        stated_s = model.correlation_time_s
+        lasts = [stated_s if one.lasts_s is None else one.lasts_s for one in HYPOTHESES]
+        # Gaussian i is of latency i // k and hypothesis i % k.
+        self._level = np.tile([one.level for one in HYPOTHESES], count)
+        self._lasts_s = np.tile(lasts, count)
+        self._box_lasts_s = np.tile([one.box_lasts_s for one in HYPOTHESES], count)
+        self._box = self._level * model.pixel
+        self._acceleration = math.hypot(motion.acceleration, TUNING.turns)
         self.reset()
 
     def reset(self) -> None:
         """Forget all robots."""
-        self._seen_ns: dict[str, int] = {}  # in the order of the robots in the arrays
-        self._state = np.zeros((self._count, 0, 4))
-        self._covariance = np.zeros((self._count, 0, 4, 4))
-        self._views: Views | None = None
-        self._level = 1.0
+        self._seen_ns: dict[str, int] = {}  # in the order of the robots in the state
+        self._state: BankState | None = None
+        self._odds: Array = np.zeros((self._count, len(HYPOTHESES)))
 
     def update(
         self,
@@ -122,7 +165,6 @@ class LatencyBank:
         rotations: Array,
         anew: Mask | None = None,
         interpolation: Array | None = None,
-        level: float = 1.0,
     ) -> LatencyFit | None:
         """Update with an image; return its fit, None if no robot was known before.
 
@@ -133,129 +175,121 @@ class LatencyBank:
             rotations: (h, 3, 3) camera FLU in `map`.
             anew: (h,) whether robots begin anew at their boxes; None: none do.
             interpolation: (h, 6) variances of the poses, see `Views`.
-            level: factor by which white noise of boxes and poses is larger than stated; those of
-                slow errors of compass and gimbal are likely to be so, too.
         """
-        self._level = level
-        self._forget(now.stamp_ns)
-        views = Views(positions, rotations @ FLU_FROM_OPTICAL, interpolation)
-        if self._seen_ns and passed > 0.0:
-            self._predict(passed, now.fix_covariance, views, rotations)
-        self._views = views
+        platform = self._level[:, None, None] * self._slow(now.fix_covariance)
+        if self._state is None:
+            self._state = BankState(platform, self._motion.speed_sigma)
+        state, each = self._state, len(HYPOTHESES)
+        self._forget(now.stamp_ns, state)
+        if passed > 0.0:
+            keep = _kept(passed, self._lasts_s)
+            state.predict(passed, keep, platform, self._acceleration)
+        white = self._level[:, None] * self._model.white
+        if interpolation is not None:
+            white = white + self._level[:, None] * np.repeat(interpolation, each, axis=0)
+        state.begin_image(white, _kept(passed, self._box_lasts_s), self._box)
+        optical = np.repeat(rotations @ FLU_FROM_OPTICAL, each, axis=0)
+        views = Views(np.repeat(positions, each, axis=0), optical)
+        axes = level_axes(rotations[len(rotations) // 2])
+        shown = {
+            name: self._shown(now.camera, pixel, views, axes) for name, pixel in now.pixels.items()
+        }
         names = list(self._seen_ns)
-        known = [name for name in names if name in now.pixels]
-        fit = None
-        if known:
-            pixels = np.array([now.pixels[name] for name in known])
-            slots = [names.index(one) for one in known]
-            fit = self._correct(now.camera, slots, pixels, views)
-            if anew is not None and anew.any():
-                self._begin_anew(now.camera, slots, pixels, views, anew[:, None])
-            self._seen_ns.update(dict.fromkeys(known, now.stamp_ns))
-        fresh = [name for name in now.pixels if name not in names][
-            : TUNING.most_robots - len(names)
-        ]
-        if fresh:
-            self._begin(now, fresh, views)
+        known = {name: names.index(name) for name in names if name in now.pixels}
+        fit = self._correct(now, known, shown, views, axes) if known else None
+        if anew is not None and anew.any():
+            begins = np.repeat(anew, each)
+            state.forget(begins, platform)
+            for name, slot in known.items():
+                state.restart(slot, shown[name], begins)
+        self._seen_ns.update(dict.fromkeys(known, now.stamp_ns))
+        self._begin(now, shown, state)
+        state.symmetrise()
         return fit
 
-    @property
-    def _white(self) -> Array:
-        """Variances (6,) of the poses' white noise."""
-        return self._level * self._model.white
+    def _slow(self, fix_covariance: Array | None) -> Array:
+        """Return the (6, 6) stated covariance of the platform's slow errors."""
+        return self._model.stationary(fix_covariance)[:LATENCY, :LATENCY]
 
-    def _forget(self, stamp_ns: int) -> None:
+    def _forget(self, stamp_ns: int, state: BankState) -> None:
         since = [stamp_ns - seen for seen in self._seen_ns.values()]
         kept = [i for i, unseen in enumerate(since) if unseen <= TUNING.forget_s * 1e9]
         if len(kept) < len(since):
             names = list(self._seen_ns)
             self._seen_ns = {names[i]: self._seen_ns[names[i]] for i in kept}
-            self._state, self._covariance = self._state[:, kept], self._covariance[:, kept]
+            state.keep(kept)
 
-    def _predict(
-        self, passed: float, fix_covariance: Array | None, views: Views, rotations: Array
-    ) -> None:
-        P, x, q = self._covariance, self._state, self._acceleration**2
-        x[..., :2] += passed * x[..., 2:]
-        P[..., :2, :] += passed * P[..., 2:, :]
-        P[..., :2] += passed * P[..., 2:]
-        noise = np.array([[passed**3 / 3.0, passed**2 / 2.0], [passed**2 / 2.0, passed]])
-        P += np.kron(q * noise, np.eye(2))
-        by_errors = np.eye(6)
-        by_errors[3:, 3:] = level_axes(rotations[len(rotations) // 2])
-        moved = by_pose(views.offsets(x[..., :2])) @ by_errors
-        slow = self._model.stationary(fix_covariance)[:LATENCY, :LATENCY].copy()
-        slow[ANGLES, ANGLES] *= self._level
-        time = self._model.correlation_time_s
-        if time > 0.0:
-            P[..., :2, :2] += moved @ slow @ moved.swapaxes(2, 3) * (2.0 * passed / time)
-        if self._views is not None:
-            # Errors that last show places elsewhere as soon as the camera moves.
-            change = moved - by_pose(self._views.offsets(x[..., :2])) @ by_errors
-            P[..., :2, :2] += change @ slow @ change.swapaxes(2, 3)
+    def _begin(self, now: BankObservation, shown: dict[str, ShownPlaces], state: BankState) -> None:
+        """Begin with robots that were not known, where their boxes show water at all latencies."""
+        fresh = [name for name in now.pixels if name not in self._seen_ns]
+        for name in fresh[: TUNING.most_robots - len(self._seen_ns)]:
+            if shown[name].valid.all():
+                state.add(shown[name])
+                self._seen_ns[name] = now.stamp_ns
+
+    def _shown(self, camera: CameraModel, pixel: Array, views: Views, axes: Array) -> ShownPlaces:
+        """Return where a box shows its robot."""
+        places, valid = views.places(camera, pixel[None])
+        places = np.where(valid[..., None], places, 0.0)
+        moved = by_pose(views.offsets(places))[:, 0]
+        _, by_place, _, _ = views.measured(camera, places, self._model.white)
+        by_box = np.asarray(np.linalg.pinv(by_place[:, 0]), dtype=np.float64)
+        return ShownPlaces(places[:, 0], _common(moved, axes), by_box, self._box, valid[:, 0])
 
     def _correct(
-        self, camera: CameraModel, slots: list[int], pixels: Array, views: Views
-    ) -> LatencyFit:
-        x, P = self._state[:, slots], self._covariance[:, slots]
-        predicted, by_place, white, seen = views.measured(camera, x[..., :2], self._white)
-        cross = P[..., :2] @ by_place.swapaxes(2, 3)
-        spread = by_place @ cross[..., :2, :] + white
-        spread[..., (0, 1), (0, 1)] += self._level * self._model.pixel
-        residual = np.where(seen[..., None], pixels[None] - predicted, 0.0)
-        squared, log_determinant = mahalanobis(residual, spread)
-        precision = inverse(spread)
-        gain = cross @ precision
-        distance = np.sqrt(squared)
-        far = distance > TUNING.huber_latency
-        cost = (
-            np.where(far, TUNING.huber_latency * (2.0 * distance - TUNING.huber_latency), squared)
-            + log_determinant
-        )
-        weight = seen * np.where(
-            far, TUNING.huber_latency / np.maximum(distance, TUNING.huber_latency), 1.0
-        )
-        self._state[:, slots] = x + weight[..., None] * (gain @ residual[..., None])[..., 0]
-        self._covariance[:, slots] = P - weight[..., None, None] * (gain @ cross.swapaxes(2, 3))
-        lost = seen & (squared > TUNING.lost_squared)
-        if lost.any():
-            self._begin_anew(camera, slots, pixels, views, lost)
-        return LatencyFit(
-            np.where(seen, cost, TUNING.out_of_view_cost).mean(axis=1),
-            np.minimum(squared, TUNING.most_squared).mean(axis=1),
-            log_determinant.mean(axis=1),
-            np.einsum("hmij,hmji->hm", precision, white).mean(axis=1),
-        )
+        self, now: BankObservation, known: dict[str, int], shown: dict[str, ShownPlaces],
+        views: Views, axes: Array,
+    ) -> LatencyFit:  # fmt: skip
+        """Take in the boxes of known robots, given by their slots."""
+        state = self._state
+        assert state is not None  # noqa: S101 - `update` has begun it
+        before = state.robots[:, list(known.values()), :2].copy()
+        pixels, by_place, _, seen = views.measured(now.camera, before, self._model.white)
+        by_common: Array = _common(-by_place @ by_pose(views.offsets(before)), axes)
+        misfit, size = np.zeros((2, self._count * len(HYPOTHESES)))
+        lost = {}
+        for i, (name, slot) in enumerate(known.items()):
+            robot = state.robots[:, slot]
+            expected: Array = pixels[:, i] + robot[:, 4:]
+            expected += (by_common[:, i] @ state.mean[:, :COMMON, None])[..., 0]
+            expected += (by_place[:, i] @ (robot[:, :2] - before[:, i])[..., None])[..., 0]
+            residual = np.where(seen[:, i, None], now.pixels[name] - expected, 0.0)
+            noise = TUNING.box_white * self._box
+            given = by_common[:, i], by_place[:, i], noise, TUNING.degrees
+            fit = state.correct(slot, residual, *given)
+            cost = (TUNING.degrees + 2.0) * np.log1p(fit.squared / TUNING.degrees) - 2.0
+            misfit += np.where(seen[:, i], cost, TUNING.out_of_view_cost)
+            size += np.log(fit.determinant)
+            lost[name] = seen[:, i] & (fit.squared > TUNING.lost_squared)
+        for name, where in lost.items():
+            if where.any():
+                state.restart(known[name], shown[name], where)
+        return self._mixed(misfit, size, len(known))
 
-    def _begin_anew(
-        self, camera: CameraModel, slots: list[int], pixels: Array, views: Views, lost: Mask
-    ) -> None:
-        """Put robots where their boxes are, at some latencies, (h, m) or (h, 1)."""
-        state, covariance, shown = self._new(camera, pixels, views)
-        lost = lost & shown
-        self._state[:, slots] = np.where(lost[..., None], state, self._state[:, slots])
-        former = self._covariance[:, slots]
-        self._covariance[:, slots] = np.where(lost[..., None, None], covariance, former)
+    def _mixed(self, misfit: Array, size: Array, count: int) -> LatencyFit:
+        """Return the fit of the mixture of hypotheses, and weigh these by the image."""
+        misfit, size = misfit.reshape(self._odds.shape), size.reshape(self._odds.shape)
+        likelihood = -0.5 * (misfit + size)
+        share = _normalised(self._odds)
+        self._odds = share + likelihood
+        cost = -2.0 * np.logaddexp.reduce(self._odds, axis=1)
+        mean_size = np.sum(np.exp(_normalised(self._odds)) * size, axis=1)
+        return LatencyFit(cost - mean_size, mean_size, count)
 
-    def _new(self, camera: CameraModel, pixels: Array, views: Views) -> tuple[Array, Array, Mask]:
-        """Return state (h, m, 4) and covariance of robots at their boxes, and which are valid."""
-        places, shown = views.places(camera, pixels)
-        places = np.where(shown[..., None], places, 0.0)
-        _, by_place, white, _ = views.measured(camera, places, self._white)
-        white[..., (0, 1), (0, 1)] += self._level * self._model.pixel
-        precision = by_place.swapaxes(2, 3) @ inverse(white) @ by_place
-        state, covariance = np.zeros((*places.shape[:2], 4)), np.zeros((*places.shape[:2], 4, 4))
-        state[..., :2] = places
-        covariance[..., :2, :2] = inverse(precision)
-        covariance[..., (2, 3), (2, 3)] = self._speed**2
-        return state, covariance, shown
 
-    def _begin(self, now: BankObservation, names: list[str], views: Views) -> None:
-        """Initialise robots at the positions of their boxes, for each latency."""
-        pixels = np.array([now.pixels[name] for name in names])
-        state, covariance, shown = self._new(now.camera, pixels, views)
-        good = np.asarray(shown.all(axis=0))
-        self._state = np.concatenate([self._state, state[:, good]], axis=1)
-        self._covariance = np.concatenate([self._covariance, covariance[:, good]], axis=1)
-        begun = [name for name, ok in zip(names, good, strict=True) if ok]
-        self._seen_ns.update(dict.fromkeys(begun, now.stamp_ns))
+def _kept(seconds: float, lasts_s: Array) -> Array:
+    """Return by what errors that last so long decay over a time; 0: they are white."""
+    kept: Array = np.exp(-seconds / np.maximum(lasts_s, 1e-9))
+    return np.where(lasts_s > 0.0, kept, 0.0)
+
+
+def _normalised(odds: Array) -> Array:
+    """Return the log probabilities (h, k) of odds."""
+    return np.asarray(odds - np.logaddexp.reduce(odds, axis=1, keepdims=True))
+
+
+def _common(by_white: Array, axes: Array) -> Array:
+    """Return the derivative (…, 2, 12) by slow errors and white noise from that by the noise."""
+    by_slow = by_white.copy()
+    by_slow[..., 3:] = by_white[..., 3:] @ axes
+    return np.concatenate([by_slow, by_white], axis=-1)

@@ -33,9 +33,9 @@ Mask = NDArray[np.bool_]
 class LatencyEvidenceTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    most_squares: float = 15.0
-    """Upper bound of an image's normalised squared residual: what fits far worse is no Gaussian
-    error any more. Judged."""
+    most_misfit: float = 13.0
+    """Upper bound of what an image costs beyond the expected by its residuals: what fits far worse
+    is no Gaussian error any more. Judged."""
     caution: float = 2.0
     """Divisor of log likelihoods: robots and errors do not follow the model exactly, and a box may
     count twice. Judged."""
@@ -56,9 +56,6 @@ TUNING = LatencyEvidenceTuning()
 ALL = slice(None)
 """All candidates."""
 
-EXPECTED = 2.0
-"""Normalised squared residual of a box at the right latency."""
-
 
 @dataclass
 class Stretch:
@@ -69,14 +66,12 @@ class Stretch:
         costs: n of (h,), -2 log likelihood of an image's boxes at each candidate, up to a constant;
             infinite where there was no telemetry, or it has not arrived.
         sizes: of each image's fits, log determinant at the configured latency; None: no such fit.
-        levels: ratio of noise to the stated one that each is normalised by.
         jumps_s: times at which telemetry may have jumped, ascending, s.
     """
 
     times_s: list[float] = field(default_factory=list)
     costs: list[Array] = field(default_factory=list)
     sizes: list[list[float | None]] = field(default_factory=list)
-    levels: list[float] = field(default_factory=list)
     jumps_s: list[float] = field(default_factory=list)
 
 
@@ -122,23 +117,21 @@ class LatencyEvidence:
         time_s: float,
         fits: Sequence[tuple[Array, Array] | None],
         known: Mask | None = None,
-        level: float = 1.0,
         part: slice = ALL,
     ) -> None:
         """Take in an image, for all candidates or some: first those with the configured latency.
 
         Args:
             time_s: its time, s.
-            fits: of each kind, (m,) normalised squared residuals, and log determinants of their
-                covariances; None: there is no such fit.
+            fits: of each kind, (m,) what residuals in units of their noise cost beyond what is
+                expected, and log determinants of their covariances; None: there is no such fit.
             known: (m,) whether there was telemetry at each candidate's time; None: everywhere.
-            level: ratio of the noise to the stated one that the residuals are normalised by.
             part: which m of the candidates.
         """
         if part.start is None or part.start <= self._zero < part.stop:
             if all(one is None for one in fits):
                 return
-            stretch, row = self._begin(time_s, fits, level, part), -1
+            stretch, row = self._begin(time_s, fits, part), -1
         else:
             place = self._place(time_s)
             if place is None:
@@ -147,9 +140,9 @@ class LatencyEvidence:
         cost = np.zeros(len(self._corrections[part]))
         for fit, size in zip(fits, stretch.sizes[row], strict=True):
             if fit is not None and size is not None:
-                cost += np.minimum(fit[0], TUNING.most_squares) - EXPECTED + fit[1] - size
+                cost += np.minimum(fit[0], TUNING.most_misfit) + fit[1] - size
         number = sum(one is not None for one in stretch.sizes[row])
-        cost = np.minimum(cost, number * (TUNING.most_squares - EXPECTED))
+        cost = np.minimum(cost, number * TUNING.most_misfit)
         if known is not None:
             cost[~known] = np.inf
         stretch.costs[row][part] = cost
@@ -157,14 +150,13 @@ class LatencyEvidence:
             self.interrupt()
 
     def _begin(
-        self, time_s: float, fits: Sequence[tuple[Array, Array] | None], level: float, part: slice
+        self, time_s: float, fits: Sequence[tuple[Array, Array] | None], part: slice
     ) -> Stretch:
         """Return the last stretch with one more image, that nothing is known of."""
         own = self._zero - (part.start or 0)
         stretch = self._stretches[-1]
         stretch.times_s.append(time_s)
         stretch.costs.append(np.full(len(self._corrections), np.inf))
-        stretch.levels.append(level)
         stretch.sizes.append([None if one is None else float(one[1][own]) for one in fits])
         return stretch
 
@@ -177,19 +169,18 @@ class LatencyEvidence:
                 return (stretch, row) if found else None
         return None
 
-    def gains(self, excess: float, against: int | None = None) -> Array:
+    def gains(self, against: int | None = None) -> Array:
         """Return the log likelihood (h,) of each candidate over one of them.
 
         Args:
-            excess: ratio of the boxes' squared residuals to the stated noise, at least 1.
             against: index of that one; None: the configured latency. Candidates are comparable with
                 one another by what each gains over the best: over the configured latency one with
                 more images gains more.
         """
         own = self._zero if against is None else against
-        return np.minimum(self._by_images(own, excess), self._by_telemetry(own, excess))
+        return np.minimum(self._by_images(own), self._by_telemetry(own))
 
-    def _by_images(self, base: int, excess: float) -> Array:
+    def _by_images(self, base: int) -> Array:
         """Return the log likelihoods (h,) over one candidate by the images that both have.
 
         Telemetry that is rounded or interpolated has another error at each candidate's time, which
@@ -201,7 +192,7 @@ class LatencyEvidence:
         for stretch in self._stretches:
             if not stretch.times_s:
                 continue
-            cost, right = self._weighed(stretch, excess)
+            cost, right = self._used(stretch)
             right = right & right[:, base, None]
             apart = np.where(right, cost[:, base, None] - cost, 0.0)
             count += right.sum(axis=0)
@@ -214,11 +205,9 @@ class LatencyEvidence:
         sure = 0.5 * count * mean**2 / variance
         return np.asarray(np.minimum(total / (2.0 * TUNING.caution), sure))
 
-    def _weighed(self, stretch: Stretch, excess: float) -> tuple[Array, Mask]:
-        """Return costs (n, h) of a stretch in units of the noise, and which of them count."""
+    def _used(self, stretch: Stretch) -> tuple[Array, Mask]:
+        """Return costs (n, h) of a stretch, and which of them count."""
         times, cost = np.array(stretch.times_s)[:, None], np.array(stretch.costs)
-        weight = np.minimum(np.array(stretch.levels) / excess, 1.0)[:, None]
-        cost = np.where(np.isfinite(cost), weight * cost, cost)
         right = ~disturbed(times - self._corrections, stretch.jumps_s) & np.isfinite(cost)
         return np.where(right, cost, 0.0), right
 
@@ -227,7 +216,7 @@ class LatencyEvidence:
         """Index of the configured latency."""
         return self._zero
 
-    def _by_telemetry(self, base: int, excess: float) -> Array:
+    def _by_telemetry(self, base: int) -> Array:
         """Return the log likelihoods (h,) over one candidate by the same telemetry."""
         late = self._corrections
         own, other = np.zeros((2, len(late))), np.zeros((2, len(late)))
@@ -235,7 +224,7 @@ class LatencyEvidence:
             if not stretch.times_s:
                 continue
             times = np.array(stretch.times_s)[:, None]
-            cost, right = self._weighed(stretch, excess)
+            cost, right = self._used(stretch)
             first = times[0] - np.minimum(late, late[base])
             last = times[-1] - np.maximum(late, late[base])
             in_own = right[:, base, None] & _within(times - late[base], first, last)

@@ -19,7 +19,7 @@ from aerial_gnss_ros.core.filter.latency_views import Views, by_pose
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import ANGLES, LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import inverse
 
 Array = NDArray[np.float64]
@@ -38,6 +38,9 @@ class ReappearanceTuning:
 
 
 TUNING = ReappearanceTuning()
+
+EXPECTED = 2.0
+"""Normalised squared distance of a box from where it should be, on average."""
 
 
 class Reappearance:
@@ -60,24 +63,22 @@ class Reappearance:
         self._views: Views | None = None
 
     def update(
-        self, camera: CameraModel, pixels: Array, passed: float, views: Views, level: float = 1.0
+        self, camera: CameraModel, pixels: Array, passed: float, views: Views
     ) -> tuple[Array, Array] | None:
         """Return how far the last image's boxes are from where they should be seen again.
 
-        None without an image to compare with; else (h,) the mean normalised squared distance, 2 is
-        expected, and the mean log determinant of its covariance.
+        None without an image to compare with; else (h,) the mean normalised squared distance beyond
+        the expected one, and the mean log determinant of its covariance.
 
         Args:
             camera: lens and image.
             pixels: (n, 2) centres of this image's boxes.
             passed: time since the last image, s.
             views: the camera at each latency.
-            level: factor by which white noise of boxes and poses is larger than stated; those of
-                slow errors of compass and gimbal are likely to be so, too.
         """
         apart = None
         if self._places is not None and 0.0 < passed <= TUNING.apart_s:
-            apart = self._apart(camera, pixels, passed, views, level)
+            apart = self._apart(camera, pixels, passed, views)
         self._places = self._shown = self._views = None
         if len(pixels):
             self._places, self._shown = views.places(camera, pixels[: TUNING.most_places])
@@ -85,7 +86,7 @@ class Reappearance:
         return apart
 
     def _apart(
-        self, camera: CameraModel, pixels: Array, passed: float, views: Views, level: float
+        self, camera: CameraModel, pixels: Array, passed: float, views: Views
     ) -> tuple[Array, Array]:
         assert self._places is not None  # noqa: S101 - see `update`
         assert self._shown is not None  # noqa: S101
@@ -97,12 +98,10 @@ class Reappearance:
         # Errors that last show places elsewhere as soon as the camera moves.
         change = by_pose(views.offsets(places)) - by_pose(self._views.offsets(places))
         change[..., 3:] @= level_axes(views.optical[len(views.optical) // 2] @ FLU_FROM_OPTICAL.T)
-        slow = self._slow.copy()
-        slow[ANGLES, ANGLES] *= level
-        elsewhere = change @ slow @ change.swapaxes(2, 3)
+        elsewhere = change @ self._slow @ change.swapaxes(2, 3)
         elsewhere[..., (0, 1), (0, 1)] += (self._speed * passed) ** 2
-        spread = by_place @ elsewhere @ by_place.swapaxes(2, 3) + 2.0 * level * noise
-        spread[..., (0, 1), (0, 1)] += 2.0 * level * self._model.pixel
+        spread = by_place @ elsewhere @ by_place.swapaxes(2, 3) + 2.0 * noise
+        spread[..., (0, 1), (0, 1)] += 2.0 * self._model.pixel
         squared = np.full(expected.shape, np.inf)
         if len(pixels):
             apart = pixels - predicted[:, :, None]
@@ -111,5 +110,5 @@ class Reappearance:
         size = spread[..., 0, 0] * spread[..., 1, 1] - spread[..., 0, 1] ** 2
         squared = np.minimum(squared, TUNING.elsewhere_squared)
         # What should be out of view is as far off as what is where it should be.
-        mean = np.where(expected, squared, 2.0).mean(axis=1)
+        mean = np.where(expected, squared - EXPECTED, 0.0).mean(axis=1)
         return np.asarray(mean), np.asarray(np.log(size).mean(axis=1))

@@ -22,10 +22,10 @@ from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.latency_band import LatencyBand, bands
 from aerial_gnss_ros.core.filter.latency_bank import BankObservation, LatencyFit
+from aerial_gnss_ros.core.filter.latency_evidence import TUNING as LATENCY_EVIDENCE
 from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence, disturbed
 from aerial_gnss_ros.core.filter.latency_views import Mask, Views
 from aerial_gnss_ros.core.filter.pose_lattice import (
-    SLOPE_NOISE,
     STEP_NS,
     STEP_S,
     PoseLattice,
@@ -53,8 +53,9 @@ class LatencySearchTuning:
     """Greatest absolute latency, configured plus estimated, s. The range of camera.latency_s."""
     reach_steps: int = 3
     """Least number of candidates to either side. Judged."""
-    interval_s: float = 0.08
-    """Least time between images that are compared, s. Judged."""
+    interval_s: float = 0.2
+    """Least time between images that are compared, s: each costs as much as ten in the filter.
+    Judged."""
     images_memory_s: float = 300.0
     """Time constant with which older images are down-weighted, s: the latency may change.
     Judged."""
@@ -64,9 +65,6 @@ class LatencySearchTuning:
     most_bend_rad: float = 0.05
     """The same of the orientation, rad: a gimbal that starts at 60 deg/s has less, one that jumps
     by 12 deg has more. Judged."""
-    often: float = 0.5
-    """Share of the images of the candidate with most of which others have enough to tell how large
-    the noise is. Judged."""
     elsewhere: float = 0.1
     """Probability before any image that the latency is none that is expected. Judged."""
     posterior_steps: int = 20
@@ -76,6 +74,9 @@ class LatencySearchTuning:
 
 
 TUNING = LatencySearchTuning()
+
+CAUTION = LATENCY_EVIDENCE.caution
+"""Divisor of log likelihoods."""
 
 
 class LatencySearch:
@@ -121,9 +122,6 @@ class LatencySearch:
         """Forget all images."""
         self._newest_ns: int | None = None
         self._cost = np.zeros(len(self.corrections))
-        self._squares = np.zeros(len(self.corrections))
-        self._fits = np.zeros(len(self.corrections))
-        self._slope = np.zeros(len(self.corrections))
         self._images = 0.0
         self._lattice.clear()
         for band in self._bands:
@@ -141,9 +139,6 @@ class LatencySearch:
         apart = 1e-9 * (self._stated_ns - former._stated_ns)
         wanted, known = self.corrections + apart, former.corrections
         self._cost = np.interp(wanted, known, former._cost)
-        self._squares = np.interp(wanted, known, former._squares)
-        self._fits = np.interp(wanted, known, former._fits)
-        self._slope = np.interp(wanted, known, former._slope)
         self._images = former._images
         self.evidence, self.stamp_sigma_s = former.evidence, former.stamp_sigma_s
         if self.evidence is not None and apart:
@@ -159,8 +154,8 @@ class LatencySearch:
     def conclude(self) -> None:
         """Take over what decided for another latency, and weigh no more."""
         if self.evidence is not None:
-            best = int(np.argmax(self.evidence.gains(self.excess)))
-            self._cost = -2.0 * self.excess * self.evidence.gains(self.excess, best)
+            best = int(np.argmax(self.evidence.gains()))
+            self._cost = -2.0 * CAUTION * self.evidence.gains(best)
             self._images = max(self._images, 1.0)
         self.evidence = None
         self._conclude(self._posterior())
@@ -202,14 +197,6 @@ class LatencySearch:
                 band.waiting.popleft()
         return True
 
-    @property
-    def excess(self) -> float:
-        """Ratio of the boxes' squared residuals to the stated noise, at least 1."""
-        often = np.flatnonzero(self._fits >= TUNING.often * self._fits.max())
-        fits = np.maximum(self._fits[often], 1.0)
-        best = int(np.argmin(self._cost[often] / fits))
-        return max(1.0, float(self._squares[often[best]]) / (2.0 * float(fits[best])))
-
     def _compare(self, band: LatencyBand, seen: BankObservation, centers: Array) -> bool:
         """Take an image to a band; return False where telemetry for it may still come."""
         node, rest = divmod(seen.stamp_ns, STEP_NS)
@@ -230,18 +217,17 @@ class LatencySearch:
         between = self._lattice.interpolation(first, last, passed)
         between = None if between is None else between[::-1]
         views = Views(positions, rotations @ FLU_FROM_OPTICAL, between)
-        anew, level = None, 1.0
+        anew = None
         if self.evidence is not None:
-            level = self.excess
             late_s = self.corrections[band.part]
             anew = disturbed(1e-9 * seen.stamp_ns - late_s, self._lattice.jumps_s) | ~posed
-        again, fit = band.compare(seen, centers, passed, views, rotations, anew, level)
+        again, fit = band.compare(seen, centers, passed, views, rotations, anew)
         known = band.known(posed)
-        self._add(band, fit, passed, known, level)
+        self._add(band, fit, passed, known)
         if self.evidence is not None:
             self.evidence.note_jumps(self._lattice.jumps_s)
-            fits = (again, None if fit is None else (fit.squares, fit.size))
-            self.evidence.add(seen.stamp_ns * 1e-9, fits, known, level, band.part)
+            fits = again, None if fit is None else fit.of_a_robot
+            self.evidence.add(seen.stamp_ns * 1e-9, fits, known, band.part)
         return True
 
     def _posed(self, band: LatencyBand, positions: Array) -> Mask:
@@ -262,26 +248,20 @@ class LatencySearch:
         if self.evidence is not None and band is self._bands[0]:
             self.evidence.interrupt()
 
-    def _add(
-        self, band: LatencyBand, fit: LatencyFit | None, passed: float, known: Mask, level: float
-    ) -> None:
+    def _add(self, band: LatencyBand, fit: LatencyFit | None, passed: float, known: Mask) -> None:
         part, first = band.part, band is self._bands[0]
         fade = math.exp(-max(passed, 0.0) / TUNING.images_memory_s)
-        for kept in (self._cost, self._squares, self._fits, self._slope):
-            kept[part] *= fade
+        self._cost[part] *= fade
         self._images *= fade if first else 1.0
         if fit is not None:
-            self._cost[part] += known * fit.cost
-            self._squares[part] += level * known * fit.squares
-            self._fits[part] += known
-            self._slope[part] += 4.0 * SLOPE_NOISE * known * fit.noise
+            self._cost[part] += known * (fit.misfit + fit.size)
             self._images += float(first)
 
     def _posterior(self) -> tuple[float, float]:
         """Return posterior mean and sigma of the correction, s."""
         from scipy.interpolate import CubicSpline  # takes long to import, and is seldom needed
 
-        score = -0.5 * self._cost / self.excess + self._log_prior()
+        score = -0.5 * self._cost / CAUTION + self._log_prior()
         grid = self.corrections
         fine: Array = np.linspace(grid[0], grid[-1], TUNING.posterior_steps * (len(grid) - 1) + 1)
         values = CubicSpline(grid, score)(fine)
@@ -292,10 +272,8 @@ class LatencySearch:
         if not self._images:
             return mean, math.sqrt(wide)
         variance = float(weight @ np.square(fine - mean))
-        # Noise of the poses adds this variance to the slope of the cost, beyond that of the boxes.
-        tilt = 0.25 * float(self._slope[np.argmin(self._cost)]) * variance**2
         least = self.stamp_sigma_s**2 + (STEP_S / TUNING.posterior_steps) ** 2
-        return mean, math.sqrt(min(variance + tilt + least, max(variance, wide)))
+        return mean, math.sqrt(min(variance + least, max(variance, wide)))
 
     @property
     def _stamped_late_s(self) -> float:

@@ -21,8 +21,6 @@ STEP_NS = 100_000_000
 
 WEIGHTS = np.array([-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0]) / 21.0
 MARGIN = len(WEIGHTS) // 2
-SLOPE_NOISE = 1.0 / (28.0 * STEP_S**2)
-"""Variance of the rate of smoothed values for unit white noise, 1/s²."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ import pytest
 
 from aerial_gnss_ros.core.filter.pose_lattice import (
     MARGIN,
-    SLOPE_NOISE,
     STEP_NS,
     PoseLattice,
     SampledPose,
@@ -27,8 +26,6 @@ def test_a_parabola_is_kept_and_noise_is_not():
     np.testing.assert_allclose(smoothed(parabola), parabola[MARGIN:-MARGIN], atol=1e-12)
     response = smoothed(np.eye(20))
     np.testing.assert_allclose((response**2).sum(axis=1), 1.0 / 3.0)
-    # The parabola's slope has the weights k / 28 of k = -3 ... 3: the variance 1 / 28 a step.
-    assert pytest.approx(1.0 / 28.0) == SLOPE_NOISE * 0.1**2
 
 
 def test_it_waits_for_telemetry_that_may_come_and_leaves_gaps_open():

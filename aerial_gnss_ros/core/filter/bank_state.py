@@ -1,0 +1,241 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Joint Gaussians of the platform's errors and some robots, many side by side.
+
+Each of the c Gaussians has the platform's slow errors (6), the pose's white noise of the present
+image (6), and for each robot its East, North, their rates, and the error of its box (6). The white
+noise is a state so that boxes of an image can be taken in one after the other, each with a weight
+of its own, although they share it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.filter.state import TUNING as STATE
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+SLOW, WHITE, COMMON, OWN = slice(0, 6), slice(6, 12), 12, 6
+"""The platform's errors, the image's noise, how many these are, and how many a robot has."""
+
+
+@dataclass(frozen=True)
+class ShownPlaces:
+    """Where the boxes of a robot are on the water.
+
+    Attributes:
+        places: (c, 2) East, North, m.
+        by_common: (c, 2, 12) derivative of the place by platform's errors and white noise.
+        by_box: (c, 2, 2) by the box, m/px.
+        box_variance: (c,) of the box's error, each axis, px².
+        valid: (c,) whether the box shows water.
+    """
+
+    places: Array
+    by_common: Array
+    by_box: Array
+    box_variance: Array
+    valid: Mask
+
+
+@dataclass(frozen=True)
+class BoxFit:
+    """How a box differs from what is expected, before it is taken in.
+
+    Attributes:
+        squared: (c,) normalised squared residual.
+        determinant: (c,) of the residual's covariance, px⁴.
+    """
+
+    squared: Array
+    determinant: Array
+
+
+class BankState:
+    """c joint Gaussians of the same robots, in slots 0 to n - 1.
+
+    Args:
+        platform: (c, 6, 6) covariance of the platform's errors.
+        speed: one sigma of a robot's unknown velocity, each axis, m/s.
+
+    Attributes:
+        mean: (c, 12 + 6 n).
+        covariance: (c, 12 + 6 n, 12 + 6 n).
+    """
+
+    def __init__(self, platform: Array, speed: float) -> None:
+        count = len(platform)
+        self._speed = speed
+        self.mean: Array = np.zeros((count, COMMON))
+        self.covariance: Array = np.zeros((count, COMMON, COMMON))
+        self.covariance[:, SLOW, SLOW] = platform
+
+    @property
+    def robots(self) -> Array:
+        """(c, n, 6) means of robots."""
+        return self.mean[:, COMMON:].reshape(len(self.mean), -1, OWN)
+
+    def keep(self, slots: Sequence[int]) -> None:
+        """Drop all robots but some, which come into this order."""
+        some = np.arange(COMMON).tolist()
+        for slot in slots:
+            some += _places_of(slot).tolist()
+        self.mean = self.mean[:, some]
+        self.covariance = self.covariance[:, some][:, :, some]
+
+    def predict(self, seconds: float, keep: Array, platform: Array, acceleration: float) -> None:
+        """Move on in time.
+
+        Args:
+            seconds: length of the step, s.
+            keep: (c,) factor by which the platform's errors decay.
+            platform: (c, 6, 6) covariance of these errors when nothing is known.
+            acceleration: of robots, root of its spectral density, m/s^1.5.
+        """
+        x, P = self.mean, self.covariance
+        x[:, SLOW] *= keep[:, None]
+        P[:, SLOW] *= keep[:, None, None]
+        P[:, :, SLOW] *= keep[:, None, None]
+        P[:, SLOW, SLOW] += (1.0 - keep**2)[:, None, None] * platform
+        n = self.robots.shape[1]
+        if not n:
+            return
+        robots = self.robots
+        robots[..., :2] += seconds * robots[..., 2:4]
+        down = P[:, COMMON:].reshape(len(P), n, OWN, -1)
+        down[:, :, :2] += seconds * down[:, :, 2:4]
+        across = P[:, :, COMMON:].reshape(len(P), -1, n, OWN)
+        across[..., :2] += seconds * across[..., 2:4]
+        density = acceleration**2
+        for slot in range(n):
+            east = COMMON + OWN * slot
+            for a in (east, east + 1):
+                P[:, a, a] += density * seconds**3 / 3.0
+                P[:, a, a + 2] += density * seconds**2 / 2.0
+                P[:, a + 2, a] += density * seconds**2 / 2.0
+                P[:, a + 2, a + 2] += density * seconds
+
+    def begin_image(self, white: Array, box_keep: Array, box_variance: Array) -> None:
+        """Begin with an image's own noise.
+
+        Args:
+            white: (c, 6) variances of the pose's white noise.
+            box_keep: (c,) factor by which errors of boxes have decayed since the last image.
+            box_variance: (c,) of these errors, px².
+        """
+        x, P = self.mean, self.covariance
+        _clear(x, P, WHITE)
+        each = np.arange(WHITE.start, WHITE.stop)
+        P[:, each, each] = white
+        for slot in range(self.robots.shape[1]):
+            box = slice(COMMON + OWN * slot + 4, COMMON + OWN * (slot + 1))
+            x[:, box] *= box_keep[:, None]
+            P[:, box] *= box_keep[:, None, None]
+            P[:, :, box] *= box_keep[:, None, None]
+            for axis in (box.start, box.start + 1):
+                P[:, axis, axis] += (1.0 - box_keep**2) * box_variance
+
+    def add(self, shown: ShownPlaces) -> None:
+        """Add a robot where a box shows it."""
+        count, size = self.mean.shape
+        covariance = np.zeros((count, size + OWN, size + OWN))
+        covariance[:, :size, :size] = self.covariance
+        self.mean = np.concatenate([self.mean, np.zeros((count, OWN))], axis=1)
+        self.covariance = covariance
+        self.restart((size - COMMON) // OWN, shown, shown.valid)
+
+    def restart(self, slot: int, shown: ShownPlaces, where: Mask) -> None:
+        """Put a robot where a box shows it, in some of the Gaussians."""
+        some = np.flatnonzero(where & shown.valid)
+        own, size = _places_of(slot), self.mean.shape[1]
+        x, P = self.mean[some], self.covariance[some]
+        _clear(x, P, own)
+        moved = np.zeros((len(some), OWN, size))
+        moved[:, :2, :COMMON] = shown.by_common[some]
+        cross = moved @ P
+        spread = cross @ moved.swapaxes(1, 2)
+        by_box, variance = shown.by_box[some], shown.box_variance[some, None, None]
+        spread[:, :2, :2] += variance * (by_box @ by_box.swapaxes(1, 2))
+        spread[:, :2, 4:] -= variance * by_box
+        spread[:, 4:, :2] -= variance * by_box.swapaxes(1, 2)
+        spread[:, 4:, 4:] += variance * np.eye(2)
+        spread[:, (2, 3), (2, 3)] = self._speed**2
+        P[:, own] = cross
+        P[:, :, own] = cross.swapaxes(1, 2)
+        P[:, own[:, None], own] = spread
+        x[:, own[:2]] = shown.places[some]
+        x[:, own[:2]] += (moved[:, :2, :COMMON] @ x[:, :COMMON, None])[..., 0]
+        self.mean[some], self.covariance[some] = x, P
+
+    def forget(self, where: Mask, platform: Array) -> None:
+        """Forget in some of the Gaussians what all images so far have told.
+
+        Args:
+            where: (c,) in which.
+            platform: (c, 6, 6) covariance of the platform's errors when nothing is known.
+        """
+        some = np.flatnonzero(where)
+        x, P = self.mean[some], self.covariance[some]
+        x[:, SLOW] = 0.0
+        white = P[:, WHITE, WHITE].copy()
+        P[:] = 0.0
+        P[:, SLOW, SLOW], P[:, WHITE, WHITE] = platform[some], white
+        each = np.arange(COMMON, P.shape[1])
+        P[:, each, each] = STATE.wide_m**2
+        self.mean[some], self.covariance[some] = x, P
+
+    def correct(
+        self, slot: int, residual: Array, by_common: Array, by_place: Array, noise: Array,
+        degrees: float,
+    ) -> BoxFit:  # fmt: skip
+        """Take in the box of a robot, and return how it fitted.
+
+        Its error has Student's t distribution: a box that fits badly counts less.
+
+        Args:
+            slot: of the robot.
+            residual: (c, 2) of the box where nothing but the mean is known, px.
+            by_common: (c, 2, 12) derivative of the pixel by platform's errors and white noise.
+            by_place: (c, 2, 2) by the robot's place.
+            noise: (c,) variance of the box beyond the error that is a state, px².
+            degrees: of freedom; large: a Gaussian.
+        """
+        own, P = _places_of(slot), self.covariance
+        some = [*range(COMMON), own[0], own[1], own[4], own[5]]
+        box = np.broadcast_to(np.eye(2), by_place.shape)
+        by = np.concatenate([by_common, by_place, box], axis=2)
+        cross = by @ P[:, some]
+        spread = cross[:, :, some] @ by.swapaxes(1, 2)
+        spread[:, (0, 1), (0, 1)] += noise[:, None]
+        a, b, d = spread[:, 0, 0], spread[:, 0, 1], spread[:, 1, 1]
+        determinant = a * d - b * b
+        precision = np.stack([d, -b, -b, a], axis=1).reshape(-1, 2, 2)
+        precision /= determinant[:, None, None]
+        squared = np.einsum("ci,cij,cj->c", residual, precision, residual)
+        weight = np.minimum((degrees + 2.0) / (degrees + squared), 1.0)
+        gain = cross.swapaxes(1, 2) @ (weight[:, None, None] * precision)
+        self.mean += (gain @ residual[..., None])[..., 0]
+        P -= gain @ cross
+        return BoxFit(squared, determinant)
+
+    def symmetrise(self) -> None:
+        """Take out what rounding adds up to over many images."""
+        self.covariance = 0.5 * (self.covariance + self.covariance.swapaxes(1, 2))
+
+
+def _places_of(slot: int) -> NDArray[np.intp]:
+    """Return the columns (6,) of a robot."""
+    return np.arange(COMMON + OWN * slot, COMMON + OWN * (slot + 1))
+
+
+def _clear(mean: Array, covariance: Array, part: slice | NDArray[np.intp]) -> None:
+    """Set some of the states to 0, exactly known."""
+    mean[:, part] = 0.0
+    covariance[:, part] = 0.0
+    covariance[:, :, part] = 0.0
