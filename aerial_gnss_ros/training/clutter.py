@@ -6,9 +6,10 @@ python -m aerial_gnss_ros.training.clutter FOLDER -o CLUTTERED
 
 A detector of rendered robots takes almost anything small and colourful on the water for one,
 because it has seen too few other things. Real things are scarce and differ from water to water;
-these cost nothing and are endless: bodies with limbs, rings, planks, foliage, stones; people; and
-figures of random parts, which may bear the paints of the robots of other images (`figures.py`). No
-shape is one of a robot. Robots that are labelled in an image stay uncovered.
+these cost nothing and are endless: bodies with limbs, rings, planks, foliage, stones; people;
+figures of random parts, which may bear the paints of the robots of other images (`figures.py`); and
+the pictures of a colour font (`drawings.py`). None has the shape of a robot. Robots that are
+labelled in an image stay uncovered.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ from aerial_gnss_ros.bags.partial import partial
 from aerial_gnss_ros.core.values.errors import AerialGnssError, ConfigError, OutputError
 from aerial_gnss_ros.detection.base import Image
 from aerial_gnss_ros.detection.images import write_jpeg
+from aerial_gnss_ros.training.drawings import Picture, drawing, pictures_of
 from aerial_gnss_ros.training.figures import figure
 from aerial_gnss_ros.training.labelled import read_labels
 from aerial_gnss_ros.training.people import person
+from aerial_gnss_ros.training.shapes import F32, field, shape, texture
 
-F32 = NDArray[np.float32]
 LENGTHS_PX = (12.0, 110.0)
-_FINE = 4  # pixels of the mask for a pixel of the image
 _LAND = 0.2  # share of the images a part of which is covered
 _GROUPED = 0.5  # share of the figures that have some alike beside them
 _QUALITIES = (50, 97)
@@ -49,87 +50,13 @@ class Numbers:
         things: bodies, rings, planks, stones; 0: no land either.
         people: people in the water.
         figures: figures of several parts and colours.
+        drawings: pictures of a font.
     """
 
     things: float = 8.0
     people: float = 0.0
     figures: float = 0.0
-
-
-def shape(rng: np.random.Generator, length: float) -> F32:
-    """Return the coverage (side, side), 0 to 1, of a thing about `length` px long."""
-    side = int(1.3 * length) + 6
-    mask = np.zeros((side * _FINE, side * _FINE), np.uint8)
-    middle, unit = np.full(2, side * _FINE / 2.0), length * _FINE
-    kind = int(rng.integers(5))
-    if kind == 0:  # a ring
-        radius = round(unit * rng.uniform(0.25, 0.45))
-        width = max(1, round(radius * rng.uniform(0.2, 0.6)))
-        cv2.circle(mask, _point(middle), radius, 255, width)
-    elif kind == 1:  # a plank, a pole
-        points = cv2.boxPoints((
-            (float(middle[0]), float(middle[1])),
-            (unit, unit * float(np.exp(rng.uniform(np.log(0.06), np.log(0.3))))),
-            float(rng.uniform(0.0, 180.0)),
-        ))  # fmt: skip
-        cv2.fillPoly(mask, [np.round(points).astype(np.int32)], 255)
-    elif kind == 2:  # a star or stone: a polygon without order
-        count = int(rng.integers(3, 14))
-        angle = np.sort(rng.uniform(0.0, 2.0 * np.pi, count))
-        reach = unit / 2.0 * rng.uniform(0.35, 1.0, count)
-        points = middle + reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        cv2.fillPoly(mask, [np.round(points).astype(np.int32)], 255)
-    else:  # a body of some lumps, with limbs
-        for _ in range(int(rng.integers(1, 5))):
-            at = middle + rng.normal(0.0, 0.12 * unit, 2)
-            axes = np.maximum(1, np.round(unit * rng.uniform(0.07, 0.27, 2))).astype(int)
-            turn = float(rng.uniform(0.0, 180.0))
-            cv2.ellipse(mask, _point(at), _point(axes), turn, 0.0, 360.0, 255, -1)
-        for _ in range(int(rng.integers(0, 6)) if kind == 4 else 0):
-            end = middle + rng.normal(0.0, 0.3 * unit, 2)
-            joint = (middle + end) / 2.0 + rng.normal(0.0, 0.08 * unit, 2)
-            width = max(1, round(unit * rng.uniform(0.03, 0.12)))
-            cv2.polylines(
-                mask, [np.round([middle, joint, end]).astype(np.int32)], False, 255, width
-            )
-    coverage = cv2.resize(mask, (side, side), interpolation=cv2.INTER_AREA)
-    return np.asarray(coverage / np.float32(255.0), dtype=np.float32)
-
-
-def _point(values: NDArray[np.generic]) -> tuple[int, int]:
-    x, y = (round(float(value)) for value in values)
-    return x, y
-
-
-def texture(rng: np.random.Generator, size: tuple[int, int], grain: float) -> F32:
-    """Return colours (height, width, 3) of a thing: patches of one to four colours, and noise.
-
-    Args:
-        rng: all randomness.
-        size: width and height, px.
-        grain: size of a patch, px.
-    """
-    width, height = size
-    count = int(rng.integers(1, 5))
-    colours = rng.uniform(0.0, 255.0, (count, 3)) ** 1.2 / 255.0**0.2
-    bright = rng.random() < 0.3  # as rescue colours are: one channel is almost full
-    if bright:
-        colours[0, int(rng.integers(3))] = 250.0
-    fields = np.stack([_field(rng, size, grain) for _ in range(count)])
-    made = colours[fields.argmax(axis=0)].astype(np.float32)
-    if rng.random() < 0.7:
-        light = _field(rng, size, max(2.0, grain / 2)) * rng.uniform(0.05, 0.35)
-        made *= np.exp(light)[..., None]
-    made += rng.normal(0.0, rng.uniform(0.0, 12.0), (height, width, 1)).astype(np.float32)
-    return np.asarray(np.clip(made, 0.0, 255.0), dtype=np.float32)
-
-
-def _field(rng: np.random.Generator, size: tuple[int, int], grain: float) -> F32:
-    """Return a smooth random field (height, width) of unit variance."""
-    width, height = size
-    coarse = (max(2, round(width / grain) + 1), max(2, round(height / grain) + 1))
-    nodes = rng.standard_normal(coarse[::-1]).astype(np.float32)
-    return np.asarray(cv2.resize(nodes, size, interpolation=cv2.INTER_CUBIC), np.float32)
+    drawings: float = 0.0
 
 
 def add_things(
@@ -138,6 +65,7 @@ def add_things(
     robots: NDArray[np.float64],
     numbers: Numbers,
     paints: Sequence[Image] = (),
+    glyphs: Sequence[Picture] = (),
     lengths_px: tuple[float, float] = LENGTHS_PX,
 ) -> Image:
     """Return an image with things in it that are no robots, none of them on a robot.
@@ -148,6 +76,7 @@ def add_things(
         robots: (n, 4) left, top, right, bottom of the robots, px.
         numbers: of each kind, in the mean.
         paints: pictures of robots, whose colours figures may bear in another order.
+        glyphs: pictures to draw.
         lengths_px: least and greatest of everything.
     """
     made = image.astype(np.float32)
@@ -168,6 +97,9 @@ def add_things(
             _draw(rng, made, place, coverage, colours)
     for _ in range(int(rng.poisson(numbers.figures)) if numbers.figures else 0):
         drawn = figure(rng, float(np.exp(rng.uniform(*np.log(lengths_px)))), paints)
+        _draw_group(rng, made, robots, drawn)
+    for _ in range(int(rng.poisson(numbers.drawings)) if numbers.drawings else 0):
+        drawn = drawing(rng, float(np.exp(rng.uniform(*np.log(lengths_px)))), glyphs)
         _draw_group(rng, made, robots, drawn)
     return np.clip(np.round(made), 0, 255).astype(np.uint8)
 
@@ -234,7 +166,7 @@ def _cover(rng: np.random.Generator, made: F32, robots: NDArray[np.float64]) -> 
     """Cover a part of an image with something like foliage, stones or planks."""
     height, width = made.shape[:2]
     size = (width, height)
-    across = _field(rng, size, float(rng.uniform(60.0, 400.0)))
+    across = field(rng, size, float(rng.uniform(60.0, 400.0)))
     edge = np.clip((across - rng.uniform(-0.5, 1.0)) * rng.uniform(4.0, 40.0), -30.0, 30.0)
     share = 1.0 / (1.0 + np.exp(-edge))
     for left, top, right, bottom in robots:
@@ -257,7 +189,9 @@ def pictures(image: Image, robots: NDArray[np.float64]) -> list[Image]:
     return found
 
 
-def write_cluttered(folder: Path, output: Path, numbers: Numbers, seed: int, split: str) -> int:
+def write_cluttered(
+    folder: Path, output: Path, numbers: Numbers, seed: int, split: str, font: Path | None = None
+) -> int:
     """Write a data set's images again, with things in them; labels stay.
 
     Args:
@@ -266,13 +200,14 @@ def write_cluttered(folder: Path, output: Path, numbers: Numbers, seed: int, spl
         numbers: of each kind in an image, in the mean.
         seed: same seed, same bytes.
         split: which images.
+        font: with the pictures to draw.
 
     Returns:
         Number of images.
 
     Raises:
         OutputError: the output exists or cannot be written.
-        ConfigError: a negative number of things.
+        ConfigError: a negative number of things, or drawings without a font.
         InputError: no images, or a label that cannot be read.
     """
     if output.exists():
@@ -280,6 +215,9 @@ def write_cluttered(folder: Path, output: Path, numbers: Numbers, seed: int, spl
     for name, value in asdict(numbers).items():
         if not value >= 0.0:
             raise ConfigError(f"--{name} must be 0 or more, got {value:g}.")
+    if numbers.drawings and font is None:
+        raise ConfigError("--drawings needs --font, a font with coloured bitmaps.")
+    glyphs = [] if font is None else pictures_of(font)
     count, paints = 0, list[Image]()
     with partial(output) as place:
         (place / "images" / split).mkdir(parents=True)
@@ -287,7 +225,7 @@ def write_cluttered(folder: Path, output: Path, numbers: Numbers, seed: int, spl
         for labelled in read_labels(folder, split):
             rng = np.random.default_rng([seed, count])
             before, robots = labelled.read(), labelled.truth.corners
-            image = add_things(rng, before, robots, numbers, paints)
+            image = add_things(rng, before, robots, numbers, paints, glyphs)
             paints = [*paints, *pictures(before, robots)][-_PAINTS:]
             path = place / "images" / split / labelled.name
             write_jpeg(path.with_suffix(".jpg"), image, int(rng.integers(*_QUALITIES)))
@@ -307,12 +245,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--things", type=float, default=8.0, help="mean number of things")
     parser.add_argument("--people", type=float, default=0.0, help="mean number of people")
     parser.add_argument("--figures", type=float, default=0.0, help="mean number of figures")
+    parser.add_argument("--drawings", type=float, default=0.0, help="mean number of pictures")
+    parser.add_argument("--font", type=Path, help="of the pictures, as NotoColorEmoji.ttf")
     parser.add_argument("--split", default="train")
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args(arguments)
     try:
-        numbers = Numbers(given.things, given.people, given.figures)
-        count = write_cluttered(given.folder, given.output, numbers, given.seed, given.split)
+        numbers = Numbers(given.things, given.people, given.figures, given.drawings)
+        count = write_cluttered(
+            given.folder, given.output, numbers, given.seed, given.split, given.font
+        )
     except AerialGnssError as error:
         sys.stderr.write(f"clutter: {error}\n")
         return 2

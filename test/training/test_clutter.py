@@ -9,32 +9,11 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.training import clutter
-from aerial_gnss_ros.training.clutter import Numbers, add_things, main, shape, texture
+from aerial_gnss_ros.training.clutter import Numbers, add_things, main
 
 NONE = Numbers(0.0)
+GLYPH = np.full((60, 40, 4), 255, np.uint8)
 WATER = np.full((160, 200, 3), (90, 100, 80), np.uint8)
-
-
-@pytest.mark.parametrize("length", [12.0, 60.0])
-def test_shapes_have_about_the_length_and_differ(length):
-    rng = np.random.default_rng(3)
-    made = [shape(rng, length) for _ in range(40)]
-    for coverage in made:
-        rows, columns = np.nonzero(coverage > 0.5)
-        assert 0.0 <= coverage.min() <= coverage.max() <= 1.0
-        if len(rows):
-            assert max(np.ptp(rows), np.ptp(columns)) < 1.4 * length + 8
-    extents = [np.ptp(np.nonzero((c > 0.5).any(axis=0))[0]) if c.max() > 0.5 else 0 for c in made]
-    assert 0.35 * length < np.median(extents) < 1.2 * length
-    areas = [float(coverage.sum()) / length**2 for coverage in made]
-    assert max(areas) > 4 * np.quantile(areas, 0.1)
-
-
-def test_textures_have_patches_of_different_colours():
-    rng = np.random.default_rng(5)
-    spreads = [texture(rng, (40, 30), 8.0).reshape(-1, 3).std(axis=0).max() for _ in range(30)]
-    assert texture(rng, (40, 30), 8.0).shape == (30, 40, 3)
-    assert np.quantile(spreads, 0.8) > 30.0
 
 
 def test_robots_stay_as_they_are_and_other_water_does_not():
@@ -52,13 +31,16 @@ def test_robots_stay_as_they_are_and_other_water_does_not():
     np.testing.assert_array_equal(again, made)
 
 
-@pytest.mark.parametrize("numbers", [Numbers(0.0, people=6.0), Numbers(0.0, figures=6.0)])
-def test_people_and_figures_come_besides_the_things_and_keep_off_robots_too(numbers):
+@pytest.mark.parametrize(
+    "numbers",
+    [Numbers(0.0, people=6.0), Numbers(0.0, figures=6.0), Numbers(0.0, drawings=6.0)],
+)
+def test_people_figures_and_drawings_come_besides_the_things_and_keep_off_robots_too(numbers):
     robots = np.array([[60.0, 50.0, 100.0, 80.0]])
     changed = 0
     for seed in range(20):
         assert np.array_equal(add_things(np.random.default_rng(seed), WATER, robots, NONE), WATER)
-        made = add_things(np.random.default_rng(seed), WATER, robots, numbers)
+        made = add_things(np.random.default_rng(seed), WATER, robots, numbers, glyphs=[GLYPH])
         np.testing.assert_array_equal(made[50:81, 60:101], WATER[50:81, 60:101])
         changed += int((made != WATER).any())
     assert changed > 10
@@ -98,6 +80,7 @@ def test_the_command_keeps_labels(tmp_path, capsys):
     for wrong, words in (
         (command, "exists already"),
         ([*command[:2], "x", "--things", "-1"], "0 or"),
+        ([*command[:2], "x", "--drawings", "2"], "--font"),
     ):
         arguments = [a if a != "x" else str(tmp_path / "new") for a in wrong]
         assert main(arguments) == 2
