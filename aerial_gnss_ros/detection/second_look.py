@@ -20,8 +20,8 @@ from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections, Detector, Image, Wrapper
 from aerial_gnss_ros.detection.onnx_backend import open_session
 from aerial_gnss_ros.detection.onnx_model import check_file
-from aerial_gnss_ros.detection.second_look_terms import INPUTS, OUTPUT, Terms, traits
-from aerial_gnss_ros.detection.views import views
+from aerial_gnss_ros.detection.second_look_terms import INPUTS, OUTPUT, Terms, log_odds, traits
+from aerial_gnss_ros.detection.views import turned, views
 
 
 class SecondLook:
@@ -63,8 +63,28 @@ class SecondLook:
         judged = scores.copy()
         if len(chosen):
             shown = views(image, xywh[chosen], self.terms)
-            judged[chosen] = self.run(shown, traits(xywh[chosen], scores[chosen]))
+            judged[chosen] = self.judged(shown, traits(xywh[chosen], scores[chosen]))
         return judged
+
+    def judged(self, shown: NDArray[np.uint8], traits: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return the scores (n,) of views and traits, looked at in all ways where it matters.
+
+        A robot is one whichever way the image is turned; what the network has never seen is often
+        taken for one in some ways only.
+
+        Raises:
+            ModelError: as for `run`.
+        """
+        scores = self.run(shown, traits)
+        if self.terms.ways == 1 or scores.ndim > 1:
+            return scores
+        again = np.flatnonzero(scores >= self.terms.again_from)
+        if len(again):
+            ways = [turned(shown[again], traits[again], k) for k in range(1, self.terms.ways)]
+            further = self.run(*(np.concatenate(part) for part in zip(*ways, strict=True)))
+            odds = log_odds(np.concatenate([scores[again], further])).reshape(self.terms.ways, -1)
+            scores[again] = 1.0 / (1.0 + np.exp(-odds.mean(axis=0)))
+        return scores
 
     def run(self, shown: NDArray[np.uint8], traits: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the network's scores (n,) of views and traits; (n, k) if it has k classes.

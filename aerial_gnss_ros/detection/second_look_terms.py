@@ -33,6 +33,8 @@ class Terms:
         most: greatest number of boxes of an image; each costs about half a millisecond.
         class_names: of a network that gives a score for each class; empty: one score, and the
             detector's class.
+        ways: in how many ways, turned and mirrored, a box is looked at; the log odds are averaged.
+        again_from: score at the first look from which the other ways follow.
         parts: whether the boxes around and across anomalies are examined, too (`taught.py`).
     """
 
@@ -45,6 +47,8 @@ class Terms:
     most: int = 32
     class_names: tuple[str, ...] = ()
     parts: bool = False
+    ways: int = 1
+    again_from: float = 0.1
 
     @classmethod
     def read(cls, metadata: Mapping[str, str], where: str) -> Terms:
@@ -57,8 +61,9 @@ class Terms:
             stored = cls(**parse_json(metadata[METADATA]))
             stored.check()
             stored = replace(
-                stored, side=int(stored.side), class_names=tuple(map(str, stored.class_names))
-            )
+                stored, side=int(stored.side), ways=int(stored.ways),
+                class_names=tuple(map(str, stored.class_names)),
+            )  # fmt: skip
         except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise ModelError(
                 f"{where} is not a network for the second look; give one that "
@@ -77,6 +82,9 @@ class Terms:
             and 0.0 <= self.from_score <= self.to_score <= 1.0
             and 1 <= self.most <= 10_000
             and self.parts in (True, False)
+            and 1 <= self.ways <= 8
+            and float(self.ways).is_integer()
+            and 0.0 <= self.again_from <= 1.0
             and isinstance(self.class_names, tuple | list)
         ):
             raise ValueError(self.text[:200])

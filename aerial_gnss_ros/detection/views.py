@@ -36,6 +36,25 @@ def views(
     return made
 
 
+def turned(
+    shown: NDArray[np.uint8], traits: NDArray[np.float32], way: int
+) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """Return views (n, side, side, 6) and traits (n, 3) as if the image were turned.
+
+    Args:
+        shown: views of boxes.
+        traits: of the boxes, as `second_look_terms.traits` gives them.
+        way: 0 to 7: quarter turns counter-clockwise, from 4 on mirrored afterwards.
+    """
+    quarters = way % 4
+    seen = np.rot90(shown, quarters, axes=(1, 2))
+    seen = seen[:, :, ::-1] if way >= 4 else seen
+    boxes = traits.copy()
+    if quarters % 2:
+        boxes[:, 2] *= -1.0  # upright becomes lying
+    return np.ascontiguousarray(seen), boxes
+
+
 def _view(levels: list[Image], u: float, v: float, side: float, pixels: int) -> Image:
     """Return the square of `side` around a position, in `pixels`; reduced without aliasing.
 

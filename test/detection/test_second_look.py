@@ -113,6 +113,47 @@ def test_doubtful_boxes_get_its_score_and_sure_ones_keep_theirs(tmp_path):
     assert len(LookingTwice(Given(), second, 0.3).detect(image)) == 0
 
 
+class Corner(SecondLook):
+    """A look whose score is the brightness of the views' left upper corner, and who counts."""
+
+    def __init__(self, path, **terms):
+        super().__init__(brightness_look(path, Terms(**terms)), 1)
+        self.counts = []
+
+    def run(self, shown, _):
+        self.counts = [*getattr(self, "counts", []), len(shown)]
+        return shown[:, 0, 0, 0] / 255.0
+
+
+def cornered(*values):
+    """Return views whose four corners have these scores, clockwise from the left upper one."""
+    shown = np.zeros((1, 64, 64, 6), np.uint8)
+    for (y, x), value in zip(((0, 0), (0, -1), (-1, -1), (-1, 0)), values, strict=True):
+        shown[0, y, x] = round(255 * value)
+    return shown
+
+
+def test_log_odds_of_all_ways_are_averaged_where_the_first_is_high_enough(tmp_path):
+    shown = np.concatenate([cornered(0.8, 0.4, 0.2, 0.4), cornered(0.04, 0.8, 0.8, 0.8)])
+    inputs = np.zeros((2, 3), np.float32)
+    second = Corner(tmp_path / "look.onnx", ways=8)
+    second.counts = []
+    odds = np.log([4.0, 2 / 3, 0.25, 2 / 3]).mean()  # each corner comes twice
+    found = second.judged(shown, inputs)
+    np.testing.assert_allclose(found, [1 / (1 + np.exp(-odds)), 10 / 255])
+    assert second.counts == [2, 7]
+    four = Corner(tmp_path / "look.onnx", ways=4, again_from=0.01)
+    four.counts = []
+    later = np.log([10 / 245, 4.0, 4.0, 4.0]).mean()
+    np.testing.assert_allclose(
+        four.judged(shown, inputs), [1 / (1 + np.exp(-odds)), 1 / (1 + np.exp(-later))]
+    )
+    assert four.counts == [2, 6]
+    once = Corner(tmp_path / "look.onnx")
+    np.testing.assert_allclose(once.judged(shown, inputs), [0.8, 10 / 255])
+    assert Corner(tmp_path / "look.onnx", ways=8).judged(shown[:0], inputs[:0]).shape == (0,)
+
+
 @pytest.mark.parametrize("mode", ["tiles", "roi"])
 def test_with_windows_it_sees_the_whole_image(tmp_path, mode):
     terms = Terms(near=1.0, least=1.0, to_score=0.95)  # blobs have 0.9

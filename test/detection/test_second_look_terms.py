@@ -13,11 +13,19 @@ import pytest
 from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.second_look_terms import METADATA, Terms, log_odds, traits
 
+_NEWER = ("ways", "again_from")
 TERMS = Terms(32, 1.5, 4.0, 20.0, 0.1, 0.7)
 
 
 def test_what_a_file_says_is_read_back():
     assert Terms.read({METADATA: TERMS.text}, "a.onnx") == TERMS
+    several = replace(TERMS, ways=8, again_from=0.2)
+    assert Terms.read({METADATA: several.text}, "a.onnx") == several
+
+
+def test_a_file_from_before_there_were_several_ways_has_one():
+    stored = {key: value for key, value in asdict(TERMS).items() if key not in _NEWER}
+    assert Terms.read({METADATA: json.dumps(stored)}, "a.onnx").ways == 1
 
 
 @pytest.mark.parametrize(
@@ -25,7 +33,8 @@ def test_what_a_file_says_is_read_back():
     [
         {"side": 7}, {"side": 2000}, {"side": 32.5}, {"near": 0.0}, {"near": 5.0}, {"wide": 101.0},
         {"least": -1.0}, {"from_score": 0.8}, {"to_score": 1.1}, {"near": float("nan")},
-        {"unknown": 1},
+        {"unknown": 1}, {"ways": 0}, {"ways": 9}, {"ways": 2.5}, {"again_from": -0.1},
+        {"again_from": 1.1},
     ],
 )  # fmt: skip
 def test_terms_that_no_network_was_made_for_are_refused(changes):

@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.detection.second_look_terms import Terms
-from aerial_gnss_ros.detection.views import views
+from aerial_gnss_ros.detection.second_look_terms import Terms, traits
+from aerial_gnss_ros.detection.views import turned, views
 
 TERMS = Terms(side=32, near=2.0, wide=4.0, least=16.0)
 
@@ -56,3 +56,27 @@ def test_more_room_shows_more_in_as_many_more_pixels():
     assert wide.shape == (48, 48, 6)
     inner = wide[8:40, 8:40].astype(int)
     assert np.abs(inner - made).max() <= 2
+
+
+def turned_image(image, box, way):
+    """Return an image turned by quarters and mirrored, and its box (u, v, width, height)."""
+    u, v, wide, tall = box
+    for _ in range(way % 4):
+        u, v, wide, tall = v, image.shape[1] - 1 - u, tall, wide
+        image = np.rot90(image)
+    if way >= 4:
+        image, u = image[:, ::-1], image.shape[1] - 1 - u
+    return np.ascontiguousarray(image), np.array([[u, v, wide, tall]])
+
+
+@pytest.mark.parametrize("way", range(8))
+def test_turned_views_are_those_of_the_turned_image(way):
+    image = np.random.default_rng(2).integers(0, 256, (160, 200, 3), dtype=np.uint8)
+    box, score = (90.0, 70.0, 32.0, 12.0), np.array([0.4])
+    before = np.array([box])
+    seen, told = turned(views(image, before, TERMS), traits(before, score), way)
+    other, there = turned_image(image, box, way)
+    # The middle of a pixel differs by one side of the image and the other: half a pixel of 2.
+    wanted = views(other, there, TERMS)
+    assert np.abs(seen.astype(int) - wanted).mean() < 1.0
+    np.testing.assert_allclose(told, traits(there, score), atol=1e-6)
