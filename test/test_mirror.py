@@ -67,8 +67,7 @@ TESTED_WITH = {
     ),
     "teaching/test_session.py": "teaching/tracks",
     "training/test_second_look.py": (
-        "training/proposals training/second_look_network training/second_look_network_fit "
-        "training/second_look_network_views"
+        "training/proposals training/second_look_network training/second_look_network_fit"
     ),
     "training/test_small.py": "training/small_network training/small_samples",
     "training/test_supervise.py": "training/offline training/results training/worker",

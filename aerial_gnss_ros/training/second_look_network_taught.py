@@ -20,7 +20,8 @@ from aerial_gnss_ros.training.second_look_network_fit import Fitting
 from aerial_gnss_ros.training.second_look_network_views import Variation, network_inputs
 from aerial_gnss_ros.training.taught_examples import Examples
 
-_VARIATION = Variation(greyed=0.2, exchanged=0.0)  # a robot is known by its colours
+# A robot is known by its colours.
+_VARIATION = Variation(greyed=0.2, exchanged=0.0, sharpened=0.0, unsure=0.0)
 
 
 @dataclass(frozen=True)

@@ -31,10 +31,15 @@ class Variation:
         greyed: share of the views whose colours are faded.
         exchanged: share of the views whose colours are exchanged: what is no robot may have any
             colour. Not for robots that are known by theirs.
+        sharpened: share of the views that are sharpened or blurred, as cameras do.
+        unsure: share of the views with the detector's score of another box: it is as sure of
+            things that it has never seen as of robots.
     """
 
     greyed: float = 0.4
     exchanged: float = 0.3
+    sharpened: float = 0.4
+    unsure: float = 0.3
 
 
 def scaled(values: Any) -> Any:
@@ -68,7 +73,7 @@ def varied(
     offset = rng.normal(0.0, 0.04, (count, 1, 1, 1))
     seen = seen * torch.from_numpy(np.exp(light).astype(np.float32))
     seen = seen + torch.from_numpy(offset.astype(np.float32))
-    seen = _faded(seen, rng, variation)
+    seen = _sharpened(_faded(seen, rng, variation), rng, variation)
     noise = np.where(rng.random(count) < _NOISY, rng.uniform(0.0, _NOISE, count), 0.0)
     sizes = torch.from_numpy(noise.astype(np.float32)).reshape(-1, 1, 1, 1)
     seen = (seen + sizes * torch.randn_like(seen)).clamp(0.0, 1.0)
@@ -76,6 +81,9 @@ def varied(
     traits[turns % 2 == 1, 2] *= -1.0  # upright becomes lying
     traits[:, 0] += rng.normal(0.0, 0.15, count)  # it must not rely on the detector's score alone
     traits[:, 0] += np.where(rng.random(count) < 0.15, rng.normal(0.0, 0.7, count), 0.0)
+    if variation.unsure:
+        others = rng.permutation(traits[:, 0])
+        traits[:, 0] = np.where(rng.random(count) < variation.unsure, others, traits[:, 0])
     return scaled(seen), torch.from_numpy(traits)
 
 
@@ -85,6 +93,18 @@ def network_inputs(proposals: Proposals, terms: Terms) -> tuple[Any, Any]:
     here = slice(edge, edge + terms.side)
     seen = torch.from_numpy(proposals.views[:, here, here]).permute(0, 3, 1, 2).float() / 255.0
     return scaled(seen), torch.from_numpy(proposals.traits)
+
+
+def _sharpened(seen: Any, rng: np.random.Generator, variation: Variation) -> Any:
+    """Return views (n, 6, side, side), some sharper, with seams along edges, or softer."""
+    if not variation.sharpened:
+        return seen
+    count = len(seen)
+    amounts = np.where(
+        rng.random(count) < variation.sharpened, rng.uniform(-0.9, 1.5, count), 0.0
+    ).astype(np.float32)
+    soft = functional.avg_pool2d(seen, 3, 1, 1, count_include_pad=False)
+    return seen + torch.from_numpy(amounts).reshape(-1, 1, 1, 1) * (seen - soft)
 
 
 def _faded(seen: Any, rng: np.random.Generator, variation: Variation) -> Any:
