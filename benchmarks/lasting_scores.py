@@ -25,7 +25,8 @@ import unseen_water
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from tables import columns, show
-from unseen_water import Seen, above, finished, images_of, photographs, seen_of
+from unseen_water import Seen, finished, images_of, photographs, seen_of
+from unseen_water_tables import above
 
 from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.core.tracker.score_evidence import log_odds, scores_as_robots

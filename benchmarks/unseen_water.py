@@ -9,7 +9,9 @@ REAL_WATER has a folder for each of `SOURCES`, with images/ and labels.csv, with
 them: every box is false. Rendered robots are composed onto them (`training.composing`). One source
 after the other is left out of training, and all figures on real water are of the source left out;
 then a network learns from all of them (WORK/second_look.onnx). A stage that is done is kept in
-WORK. With `--look` a network that exists is scored in the same way, and nothing trained.
+WORK. With `--look` a network that exists is scored in the same way, and nothing trained. `--start`
+is a network to go on from, which must not have seen the photographs either (the shipped one has).
+`--font` is one with coloured bitmaps, whose pictures are drawn into images (`training.drawings`).
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from unseen_water_tables import SOURCES, above, at_recall, false_boxes, in_area, robots, shared
 
 from aerial_gnss_ros.detection.base import Detections, Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
@@ -32,14 +35,11 @@ from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.second_look_terms import Terms, traits
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.detection.views import views
-from aerial_gnss_ros.detection.yolo import iou
-from aerial_gnss_ros.resources import model_path
 from aerial_gnss_ros.training.clutter import Numbers, write_cluttered
 from aerial_gnss_ros.training.compare import labelled
 from aerial_gnss_ros.training.composing import (
     Composing,
     photographs_of,
-    water_of,
     write_composed,
 )
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
@@ -49,15 +49,12 @@ from aerial_gnss_ros.training.second_look_network import Network, fill, write
 from aerial_gnss_ros.training.second_look_network_fit import fit
 from aerial_gnss_ros.training.share import Look, Share, strictest_share
 
-SOURCES = {"northsea_video": 1.0, "lake_nadir": 1.0, "lake_shore": 0.5}
-"""Name of each, and the share of its photographs that is taken for water."""
 COMPOSED = {"northsea_video": 300, "lake_nadir": 250, "lake_shore": 500}
 WITH_ROBOTS = {"northsea_video": 90, "lake_nadir": 90, "lake_shore": 140}
-NUMBERS = Numbers(things=9.0)  # of what is drawn into an image
+NUMBERS = {"clutter": Numbers(things=9.0), "crowd": Numbers(3.0, 2.0, 6.0, 6.0)}
+"""Of what is drawn into an image, by the kind of the set."""
 GATHERED_FROM = 0.015  # score of the boxes to learn from; lower than those that are looked at
-LENGTH_PX = 24.0  # of robots that a detector is expected to find on real water
-THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
-TERMS = Terms(to_score=1.0)
+TERMS = Terms(to_score=1.0, ways=4)
 ALL = "nothing"  # left out
 
 
@@ -105,12 +102,16 @@ def composed(given: argparse.Namespace, source: str, kind: str) -> Path:
     return folder
 
 
-def cluttered(given: argparse.Namespace, folder: Path) -> Path:
-    """Return a folder's images with things of random shape in them, made if it is missing."""
-    things: Path = given.output / f"clutter_{folder.name}"
-    if not things.is_dir():
-        write_cluttered(folder, things, NUMBERS, given.seed, "train")
-    return things
+def cluttered(given: argparse.Namespace, folder: Path) -> Iterator[Path]:
+    """Yield a folder's images with other things in them, made if they are missing."""
+    for kind, numbers in NUMBERS.items():
+        things: Path = given.output / f"{kind}_{folder.name}"
+        if numbers.drawings and given.font is None:
+            continue
+        if not things.is_dir():
+            seed = given.seed + list(NUMBERS).index(kind)
+            write_cluttered(folder, things, numbers, seed, "train", given.font)
+        yield things
 
 
 def proposals_of(given: argparse.Namespace, key: str, images: Iterable[LabelledImage]) -> Proposals:
@@ -163,9 +164,22 @@ def looks(second: SecondLook, seen: Sequence[Seen]) -> list[Look]:
         chosen = second.terms.doubtful(scores)
         if len(chosen):
             inputs = traits(one.found.xywh[chosen], one.found.scores[chosen])
-            scores[chosen] = second.run(one.views[chosen], inputs)
+            scores[chosen] = second.judged(one.views[chosen], inputs)
         made.append(Look(one.found, scores, one.truth))
     return made
+
+
+def examples(given: argparse.Namespace, sources: Sequence[str]) -> Proposals:
+    """Return the boxes to learn from: on rendered images, and on sources of photographs."""
+    folders = [(1.0, f) for f in given.rendered] + [(given.emphasis, f) for f in given.emphasised]
+    places = [composed(given, name, "composed") for name in sources]
+    folders += [(1.0, place) for place in places]
+    folders += [(1.0, t) for f in [*given.cluttered, *places] for t in cluttered(given, f)]
+    parts = [proposals_of(given, f.name, images_of(f)).times(weight) for weight, f in folders]
+    parts += [
+        proposals_of(given, name, photographs(given.real / name)).times(2.0) for name in sources
+    ]
+    return joined(parts)
 
 
 def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
@@ -174,18 +188,7 @@ def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
     chosen = file.with_suffix(".json")
     sources = [name for name in SOURCES if name != left_out]
     if not file.is_file():
-        parts = [
-            proposals_of(given, folder.name, images_of(folder)).times(weight)
-            for weight, folders in ((1.0, given.rendered), (given.emphasis, given.emphasised))
-            for folder in folders
-        ]
-        for name in sources:
-            folder = composed(given, name, "composed")
-            parts.append(proposals_of(given, folder.name, images_of(folder)))
-            things = cluttered(given, folder)
-            parts.append(proposals_of(given, things.name, images_of(things)))
-            parts.append(proposals_of(given, name, photographs(given.real / name)).times(2.0))
-        every = joined(parts)
+        every = examples(given, sources)
         _say(f"without {left_out}: {len(every)} boxes, {int(every.is_robot.sum())} on robots")
         network = fit(
             every, TERMS, given.steps, given.seed, given.threads,
@@ -217,80 +220,6 @@ def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
     return file, share
 
 
-def shared(look: Look, share: Share) -> Detections:
-    """Return the boxes with the scores that the detector with its second look gives."""
-    found, _ = look.shared(share.weight)
-    odds = np.log(found.scores / (1.0 - found.scores)) + share.shift
-    scores = 1.0 / (1.0 + np.exp(-odds))
-    return Detections(found.xywh, scores, found.class_ids, found.class_names)
-
-
-def above(found: Detections, threshold: float) -> Detections:
-    """Return the boxes from a score on."""
-    kept = found.scores >= threshold
-    return Detections(
-        found.xywh[kept], found.scores[kept], found.class_ids[kept], found.class_names
-    )
-
-
-def in_area(given: argparse.Namespace, source: str, made: Sequence[Any]) -> list[Any]:
-    """Return what was found in the part of each photograph that is taken for water.
-
-    It stands in for an area of operation, since these photographs have no telemetry.
-    """
-    kept = []
-    for name, found, truth in made:
-        image = read_image(given.real / source / "images" / name)
-        water = water_of(image, SOURCES[source])
-        size = np.array(water.shape[::-1])
-        columns, rows = np.clip(np.round(found.xywh[:, :2]).astype(int), 0, size - 1).T
-        chosen = water[rows, columns]
-        inside = Detections(
-            found.xywh[chosen], found.scores[chosen], found.class_ids[chosen], found.class_names
-        )
-        kept.append((name, inside, truth))
-    return kept
-
-
-def on_what(found: Detections, labels: Any, name: str) -> list[str]:
-    """Return the class of what each box lies on; nothing labelled: `other`."""
-    known = labels.of(name, (0, 0))
-    if known is None or not len(known.corners):
-        return ["other"] * len(found)
-    fits = iou(found.xyxy, known.corners)
-    return [known.classes[row.argmax()] if row.max() > 0.1 else "other" for row in fits]
-
-
-def false_boxes(given: argparse.Namespace, source: str, made: Sequence[Any]) -> str:
-    """Return a row: false boxes an image on a source's photographs at each threshold."""
-    from collections import Counter
-
-    from aerial_gnss_ros.training.picture_labels import PictureLabels
-
-    labels = PictureLabels(given.real / source / "labels.csv", ())
-    counts = [sum(len(above(found, t)) for _, found, _ in made) for t in THRESHOLDS]
-    kinds = Counter(
-        kind for name, found, _ in made for kind in on_what(above(found, 0.3), labels, name)
-    )
-    cells = " | ".join(f"{count / len(made):.3f}" for count in counts)
-    return f"| {source} | {len(made)} | {cells} | {dict(kinds.most_common())} |"
-
-
-def robots(source: str, made: Sequence[Any]) -> str:
-    """Return a row: robots composed onto a source's photographs that are found."""
-    cells = []
-    for threshold in THRESHOLDS:
-        score = Score()
-        for _, found, truth in made:
-            long_enough = truth.counted & (truth.long_px >= LENGTH_PX)
-            score.add(
-                above(found, threshold),
-                Truth(truth.corners, long_enough, truth.long_px, truth.contrast, truth.class_ids),
-            )
-        cells.append(f"{score.overall.recall:.3f}, {score.overall.false / len(made):.2f}")
-    return f"| {source} | {score.overall.robots} | {' | '.join(cells)} |"
-
-
 def finished(seen: Sequence[Seen], file: Path, share: Share, threads: int) -> list[Any]:
     """Return name, boxes and truth of each image, as the detector with a second look has them."""
     second = SecondLook(file, threads)
@@ -306,16 +235,18 @@ def main() -> None:
     parser.add_argument("real", type=Path, metavar="REAL_WATER")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="WORK")
     parser.add_argument("--look", type=Path, metavar="FILE")
+    parser.add_argument("--font", type=Path, metavar="FILE")
     parser.add_argument("--rendered", type=Path, nargs="+", default=[], metavar="FOLDER")
     parser.add_argument("--emphasised", type=Path, nargs="+", default=[], metavar="FOLDER")
     parser.add_argument("--emphasis", type=float, default=3.0)
+    parser.add_argument("--cluttered", type=Path, nargs="+", default=[], metavar="FOLDER")
     parser.add_argument("--held-out", type=Path, nargs="+", action="append", default=[])
     parser.add_argument("--least-recall", type=float, nargs="+", default=[])
     parser.add_argument("--least-composed", type=float, default=0.8)
     parser.add_argument("--test", type=Path, nargs="+", action="append", default=[])
     parser.add_argument("--model", default=DetectorConfig.model)
-    parser.add_argument("--start", type=Path, default=model_path("aqua_yolo11n_second_look.onnx"))
-    parser.add_argument("--steps", type=int, default=1500)
+    parser.add_argument("--start", type=Path, metavar="FILE")
+    parser.add_argument("--steps", type=int, default=3000)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", nargs="+", default=[*SOURCES, ALL])
@@ -332,14 +263,17 @@ def main() -> None:
 def tell(given: argparse.Namespace, file: Path, share: Share, sources: Sequence[str]) -> None:
     """Print the rows of one network: false boxes, robots found, and rendered images."""
     for source in sources:
-        folder = composed(given, source, "robots")
+        place = composed(given, source, "robots")
         plain = seen_of(given, f"plain_{source}", photographs(given.real / source))
-        with_robots = seen_of(given, folder.name, images_of(folder))
+        with_robots = seen_of(given, place.name, images_of(place))
         boxes = finished(plain, file, share, given.threads)
-        _say(false_boxes(given, source, boxes))
+        folder = given.real / source
+        _say(false_boxes(folder, boxes))
         if SOURCES[source] < 1.0:
-            _say(f"in an area: {false_boxes(given, source, in_area(given, source, boxes))}")
-        _say(robots(source, finished(with_robots, file, share, given.threads)))
+            _say(f"in an area: {false_boxes(folder, in_area(folder, boxes))}")
+        found = finished(with_robots, file, share, given.threads)
+        _say(robots(source, found))
+        _say(at_recall(source, boxes, found))
     for folders in given.test:
         seen = [s for f in folders for s in seen_of(given, f.name, images_of(f))]
         score = Score()

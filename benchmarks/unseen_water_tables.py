@@ -1,0 +1,120 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Rows of what `unseen_water.py` prints: false boxes on photographs, and robots found."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aerial_gnss_ros.detection.base import Detections
+from aerial_gnss_ros.detection.images import read_image
+from aerial_gnss_ros.detection.yolo import iou
+from aerial_gnss_ros.training.composing import water_of
+from aerial_gnss_ros.training.labelled import Truth
+from aerial_gnss_ros.training.picture_labels import PictureLabels
+from aerial_gnss_ros.training.score import Score
+from aerial_gnss_ros.training.share import Look, Share
+
+SOURCES = {"northsea_video": 1.0, "lake_nadir": 1.0, "lake_shore": 0.5}
+"""Name of each, and the share of its photographs that is taken for water."""
+LENGTH_PX = 24.0  # of robots that a detector is expected to find on real water
+THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+FOUND = (0.95, 0.9, 0.85, 0.8)
+"""Shares of the composed robots at which false boxes are compared."""
+
+
+def shared(look: Look, share: Share) -> Detections:
+    """Return the boxes with the scores that the detector with its second look gives."""
+    found, _ = look.shared(share.weight)
+    odds = np.log(found.scores / (1.0 - found.scores)) + share.shift
+    scores = 1.0 / (1.0 + np.exp(-odds))
+    return Detections(found.xywh, scores, found.class_ids, found.class_names)
+
+
+def above(found: Detections, threshold: float) -> Detections:
+    """Return the boxes from a score on."""
+    kept = found.scores >= threshold
+    return Detections(
+        found.xywh[kept], found.scores[kept], found.class_ids[kept], found.class_names
+    )
+
+
+def in_area(folder: Path, made: Sequence[Any]) -> list[Any]:
+    """Return what was found in the part of each photograph that is taken for water.
+
+    It stands in for an area of operation, since these photographs have no telemetry.
+    """
+    kept = []
+    for name, found, truth in made:
+        image = read_image(folder / "images" / name)
+        water = water_of(image, SOURCES[folder.name])
+        size = np.array(water.shape[::-1])
+        columns, rows = np.clip(np.round(found.xywh[:, :2]).astype(int), 0, size - 1).T
+        chosen = water[rows, columns]
+        inside = Detections(
+            found.xywh[chosen], found.scores[chosen], found.class_ids[chosen], found.class_names
+        )
+        kept.append((name, inside, truth))
+    return kept
+
+
+def on_what(found: Detections, labels: Any, name: str) -> list[str]:
+    """Return the class of what each box lies on; nothing labelled: `other`."""
+    known = labels.of(name, (0, 0))
+    if known is None or not len(known.corners):
+        return ["other"] * len(found)
+    fits = iou(found.xyxy, known.corners)
+    return [known.classes[row.argmax()] if row.max() > 0.1 else "other" for row in fits]
+
+
+def false_boxes(folder: Path, made: Sequence[Any]) -> str:
+    """Return a row: false boxes an image on a source's photographs at each threshold."""
+    labels = PictureLabels(folder / "labels.csv", ())
+    counts = [sum(len(above(found, t)) for _, found, _ in made) for t in THRESHOLDS]
+    kinds = Counter(
+        kind for name, found, _ in made for kind in on_what(above(found, 0.3), labels, name)
+    )
+    cells = " | ".join(f"{count / len(made):.3f}" for count in counts)
+    return f"| {folder.name} | {len(made)} | {cells} | {dict(kinds.most_common())} |"
+
+
+def robots(source: str, made: Sequence[Any]) -> str:
+    """Return a row: robots composed onto a source's photographs that are found."""
+    scores = [recall_of(made, threshold) for threshold in THRESHOLDS]
+    cells = [f"{one.overall.recall:.3f}, {one.overall.false / len(made):.2f}" for one in scores]
+    return f"| {source} | {scores[0].overall.robots} | {' | '.join(cells)} |"
+
+
+def recall_of(made: Sequence[Any], threshold: float) -> Score:
+    """Return the score of robots that are long enough, from a score on."""
+    score = Score()
+    for _, found, truth in made:
+        long_enough = truth.counted & (truth.long_px >= LENGTH_PX)
+        score.add(
+            above(found, threshold),
+            Truth(truth.corners, long_enough, truth.long_px, truth.contrast, truth.class_ids),
+        )
+    return score
+
+
+def at_recall(source: str, plain: Sequence[Any], with_robots: Sequence[Any]) -> str:
+    """Return a row: false boxes an image on plain photographs where a share of robots is found."""
+    cells = []
+    for least in FOUND:
+        low, high = -10.0, 10.0  # log odds of thresholds at which enough and too few are found
+        if recall_of(with_robots, 1.0 / (1.0 + np.exp(-low))).overall.recall < least:
+            cells.append("-")
+            continue
+        while high - low > 0.005:
+            middle = (low + high) / 2.0
+            score = recall_of(with_robots, 1.0 / (1.0 + np.exp(-middle)))
+            low, high = (middle, high) if score.overall.recall >= least else (low, middle)
+        threshold = 1.0 / (1.0 + np.exp(-low))
+        false = sum(len(above(found, threshold)) for _, found, _ in plain) / len(plain)
+        cells.append(f"{false:.3f}")
+    return f"at {FOUND} found: | {source} | {' | '.join(cells)} |"
