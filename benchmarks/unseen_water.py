@@ -244,6 +244,10 @@ def main() -> None:
     parser.add_argument("--least-recall", type=float, nargs="+", default=[])
     parser.add_argument("--least-composed", type=float, default=0.8)
     parser.add_argument("--test", type=Path, nargs="+", action="append", default=[])
+    parser.add_argument(
+        "--found", type=float, nargs="+", default=[0.94, 0.9, 0.85, 0.8], metavar="SHARE",
+        help="shares of the composed robots at which false boxes are compared",
+    )  # fmt: skip
     parser.add_argument("--model", default=DetectorConfig.model)
     parser.add_argument("--start", type=Path, metavar="FILE")
     parser.add_argument("--steps", type=int, default=3000)
@@ -273,7 +277,7 @@ def tell(given: argparse.Namespace, file: Path, share: Share, sources: Sequence[
             _say(f"in an area: {false_boxes(folder, in_area(folder, boxes))}")
         found = finished(with_robots, file, share, given.threads)
         _say(robots(source, found))
-        _say(at_recall(source, boxes, found))
+        _say(at_recall(source, boxes, found, given.found))
     for folders in given.test:
         seen = [s for f in folders for s in seen_of(given, f.name, images_of(f))]
         score = Score()

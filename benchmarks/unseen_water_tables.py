@@ -24,8 +24,6 @@ SOURCES = {"northsea_video": 1.0, "lake_nadir": 1.0, "lake_shore": 0.5}
 """Name of each, and the share of its photographs that is taken for water."""
 LENGTH_PX = 24.0  # of robots that a detector is expected to find on real water
 THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
-FOUND = (0.95, 0.9, 0.85, 0.8)
-"""Shares of the composed robots at which false boxes are compared."""
 
 
 def shared(look: Look, share: Share) -> Detections:
@@ -102,10 +100,12 @@ def recall_of(made: Sequence[Any], threshold: float) -> Score:
     return score
 
 
-def at_recall(source: str, plain: Sequence[Any], with_robots: Sequence[Any]) -> str:
+def at_recall(
+    source: str, plain: Sequence[Any], with_robots: Sequence[Any], shares: Sequence[float]
+) -> str:
     """Return a row: false boxes an image on plain photographs where a share of robots is found."""
     cells = []
-    for least in FOUND:
+    for least in shares:
         low, high = -10.0, 10.0  # log odds of thresholds at which enough and too few are found
         if recall_of(with_robots, 1.0 / (1.0 + np.exp(-low))).overall.recall < least:
             cells.append("-")
@@ -117,4 +117,4 @@ def at_recall(source: str, plain: Sequence[Any], with_robots: Sequence[Any]) -> 
         threshold = 1.0 / (1.0 + np.exp(-low))
         false = sum(len(above(found, threshold)) for _, found, _ in plain) / len(plain)
         cells.append(f"{false:.3f}")
-    return f"at {FOUND} found: | {source} | {' | '.join(cells)} |"
+    return f"at {shares} found: | {source} | {' | '.join(cells)} |"

@@ -67,6 +67,12 @@ def _parser() -> argparse.ArgumentParser:
         help=f"boxes with higher scores are not rescored (default {Terms.to_score:g}; 1: all are)",
     )  # fmt: skip
     parser.add_argument(
+        "--ways", type=int, default=Terms.ways,
+        help=
+                "number of ways, turned and mirrored, in which a box is looked at, 1 to 8 (default "
+                f"{Terms.ways}); further ones for boxes that the first does not refuse",
+    )  # fmt: skip
+    parser.add_argument(
         "--least-recall", type=float, nargs="+", metavar="R",
         help=
                 "for each --held-out: choose the fewest false boxes at this recall or more, not "
@@ -99,7 +105,9 @@ def _train(given: argparse.Namespace) -> None:
         raise ConfigError(
             f"--to-score must lie within {Terms.from_score:g} to 1, got {given.to_score:g}."
         )
-    terms = Terms(to_score=given.to_score)
+    if not 1 <= given.ways <= 8:
+        raise ConfigError(f"--ways must lie within 1 to 8, got {given.ways}.")
+    terms = Terms(to_score=given.to_score, ways=given.ways)
     detector = load_detector(
         DetectorConfig(
             model=given.model, backend="onnxruntime", score_threshold=terms.from_score,

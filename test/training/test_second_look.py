@@ -146,9 +146,10 @@ def test_the_command_writes_a_file_or_nothing(tmp_path, capsys):
     assert SecondLook(output).terms == Terms()
     further = tmp_path / "further.onnx"
     on = [*command[:-6], "-o", str(further), *command[-4:]]
-    assert main([*on, "--start", str(output), "--to-score", "1", "--least-recall", "0"]) == 0
+    stricter = ["--to-score", "1", "--least-recall", "0", "--ways", "4"]
+    assert main([*on, "--start", str(output), *stricter]) == 0
     assert "0.000 false boxes an image" in capsys.readouterr().out
-    assert SecondLook(further).terms == Terms(to_score=1.0)
+    assert SecondLook(further).terms == Terms(to_score=1.0, ways=4)
     chosen = tmp_path / "chosen.onnx"  # for another detector: nothing is learnt
     same = [str(model), "--held-out", str(second), "-o", str(chosen), "--steps", "0"]
     assert main([*same, "--start", str(further)]) == 0
@@ -166,6 +167,7 @@ def test_the_command_writes_a_file_or_nothing(tmp_path, capsys):
         (["--times", "two", str(second)], "needs a number"),
         (["--steps", "0"], "1 or more"),
         (["--to-score", "1.5"], "within 0.03 to 1, got 1.5"),
+        (["--ways", "9"], "within 1 to 8, got 9"),
         (["--least-recall", "0.9", "0.8"], "each of the 1 --held-out, got 2"),
     ):
         assert main([*command, *wrong]) == 2
