@@ -20,7 +20,7 @@ import argparse
 import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +54,7 @@ WITH_ROBOTS = {"northsea_video": 90, "lake_nadir": 90, "lake_shore": 140}
 NUMBERS = {"clutter": Numbers(things=9.0), "crowd": Numbers(3.0, 2.0, 6.0, 6.0)}
 """Of what is drawn into an image, by the kind of the set."""
 GATHERED_FROM = 0.015  # score of the boxes to learn from; lower than those that are looked at
+FOUND = (0.94, 0.9, 0.85, 0.8)  # shares of the composed robots where false boxes are compared
 TERMS = Terms(to_score=1.0, ways=4)
 ALL = "nothing"  # left out
 
@@ -220,9 +221,13 @@ def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
     return file, share
 
 
-def finished(seen: Sequence[Seen], file: Path, share: Share, threads: int) -> list[Any]:
-    """Return name, boxes and truth of each image, as the detector with a second look has them."""
+def finished(
+    seen: Sequence[Seen], file: Path, share: Share, threads: int, ways: int | None = None
+) -> list[Any]:
+    """Return name, boxes and truth of each image, as the detector with a second look has."""
     second = SecondLook(file, threads)
+    if ways is not None:
+        second.terms = replace(second.terms, ways=ways)
     return [
         (one.name, shared(look, share), one.truth)
         for one, look in zip(seen, looks(second, seen), strict=True)
@@ -235,6 +240,8 @@ def main() -> None:
     parser.add_argument("real", type=Path, metavar="REAL_WATER")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="WORK")
     parser.add_argument("--look", type=Path, metavar="FILE")
+    parser.add_argument("--weight", type=float, default=1.0, help="of a --look without a share")
+    parser.add_argument("--ways", type=int, help="other than the network's, to look at boxes in")
     parser.add_argument("--font", type=Path, metavar="FILE")
     parser.add_argument("--rendered", type=Path, nargs="+", default=[], metavar="FOLDER")
     parser.add_argument("--emphasised", type=Path, nargs="+", default=[], metavar="FOLDER")
@@ -244,10 +251,7 @@ def main() -> None:
     parser.add_argument("--least-recall", type=float, nargs="+", default=[])
     parser.add_argument("--least-composed", type=float, default=0.8)
     parser.add_argument("--test", type=Path, nargs="+", action="append", default=[])
-    parser.add_argument(
-        "--found", type=float, nargs="+", default=[0.94, 0.9, 0.85, 0.8], metavar="SHARE",
-        help="shares of the composed robots at which false boxes are compared",
-    )  # fmt: skip
+    parser.add_argument("--found", type=float, nargs="+", default=FOUND, help="shares of robots")
     parser.add_argument("--model", default=DetectorConfig.model)
     parser.add_argument("--start", type=Path, metavar="FILE")
     parser.add_argument("--steps", type=int, default=3000)
@@ -257,7 +261,8 @@ def main() -> None:
     given = parser.parse_args()
     given.output.mkdir(parents=True, exist_ok=True)
     if given.look is not None:
-        tell(given, given.look, Share(), tuple(SOURCES))
+        sources = [source for source in given.only if source != ALL]
+        tell(given, given.look, Share(given.weight), sources)
         return
     for left_out in given.only:
         file, share = trained(given, left_out)
@@ -270,18 +275,18 @@ def tell(given: argparse.Namespace, file: Path, share: Share, sources: Sequence[
         place = composed(given, source, "robots")
         plain = seen_of(given, f"plain_{source}", photographs(given.real / source))
         with_robots = seen_of(given, place.name, images_of(place))
-        boxes = finished(plain, file, share, given.threads)
+        boxes = finished(plain, file, share, given.threads, given.ways)
         folder = given.real / source
         _say(false_boxes(folder, boxes))
         if SOURCES[source] < 1.0:
             _say(f"in an area: {false_boxes(folder, in_area(folder, boxes))}")
-        found = finished(with_robots, file, share, given.threads)
+        found = finished(with_robots, file, share, given.threads, given.ways)
         _say(robots(source, found))
         _say(at_recall(source, boxes, found, given.found))
     for folders in given.test:
         seen = [s for f in folders for s in seen_of(given, f.name, images_of(f))]
         score = Score()
-        for _, found, truth in finished(seen, file, share, given.threads):
+        for _, found, truth in finished(seen, file, share, given.threads, given.ways):
             score.add(above(found, DetectorConfig.score_threshold), truth)
         overall = score.overall
         _say(
