@@ -210,7 +210,8 @@ def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
                 for one in seen_of(given, folder.name, images_of(folder))
             ])
         )  # fmt: skip
-        share, false = strictest_share(groups, [*given.least_recall, given.least_composed])
+        least = [*given.least_recall, given.least_composed]
+        share, false = strictest_share(groups, least, *([[given.weight]] if given.weight else []))
         _say(f"the second look counts {share.weight:g}, shift {share.shift:.2f}: {false:.3f} false")
         chosen.write_text(json.dumps({"weight": share.weight, "shift": share.shift}))
     share = Share(**json.loads(chosen.read_text()))
@@ -240,7 +241,7 @@ def main() -> None:
     parser.add_argument("real", type=Path, metavar="REAL_WATER")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="WORK")
     parser.add_argument("--look", type=Path, metavar="FILE")
-    parser.add_argument("--weight", type=float, default=1.0, help="of a --look without a share")
+    parser.add_argument("--weight", type=float, help="of the second look; default: chosen")
     parser.add_argument("--ways", type=int, help="other than the network's, to look at boxes in")
     parser.add_argument("--font", type=Path, metavar="FILE")
     parser.add_argument("--rendered", type=Path, nargs="+", default=[], metavar="FOLDER")
@@ -262,7 +263,7 @@ def main() -> None:
     given.output.mkdir(parents=True, exist_ok=True)
     if given.look is not None:
         sources = [source for source in given.only if source != ALL]
-        tell(given, given.look, Share(given.weight), sources)
+        tell(given, given.look, Share(given.weight or 1.0), sources)
         return
     for left_out in given.only:
         file, share = trained(given, left_out)

@@ -93,7 +93,9 @@ def best_share(groups: Sequence[Sequence[Look]]) -> tuple[Share, float]:
 
 
 def strictest_share(
-    groups: Sequence[Sequence[Look]], least_recall: Sequence[float]
+    groups: Sequence[Sequence[Look]],
+    least_recall: Sequence[float],
+    weights: Sequence[float] = _WEIGHTS,
 ) -> tuple[Share, float]:
     """Return the combination with the fewest false boxes that still detects enough robots.
 
@@ -103,6 +105,7 @@ def strictest_share(
     Args:
         groups: looks at held-out images of several kinds, by a network with weight 1.
         least_recall: required on each kind, 0 to 1.
+        weights: of the second look, to choose from.
 
     Returns:
         The share, and the mean over the kinds of the false boxes an image.
@@ -111,7 +114,7 @@ def strictest_share(
         ModelError: no combination detects so many.
     """
     best: tuple[float, float, float] | None = None
-    for weight in _WEIGHTS:
+    for weight in weights:
         mixed = [[look.shared(weight) for look in looks] for looks in groups]
         for threshold in reversed(_FINE):
             scores = [score_above(pairs, threshold).overall for pairs in mixed]

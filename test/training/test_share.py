@@ -60,6 +60,9 @@ def test_the_strictest_share_gives_up_robots_only_as_far_as_allowed():
         boxes, _ = look.shared(share.weight)
         odds = np.log(boxes.scores / (1.0 - boxes.scores)) + share.shift
         assert (odds >= np.log(0.3 / 0.7) - 1e-9).sum() == kept
+    # Of the stated weights only: with little of the second look the false box stays.
+    stated, false = strictest_share([[look]], [0.5], (0.1,))
+    assert (stated.weight, false) == (0.1, 1.0)
     # Each kind of images has its own least recall, and false boxes count by the image.
     lost = look_of([0.005] * 3, [0.005] * 3)
     assert strictest_share([[look], [lost, lost]], [0.5, 0.0])[1] == 0.0
