@@ -89,14 +89,14 @@ class BankState:
         self.mean = self.mean[:, some]
         self.covariance = self.covariance[:, some][:, :, some]
 
-    def predict(self, seconds: float, keep: Array, platform: Array, acceleration: float) -> None:
+    def predict(self, seconds: float, keep: Array, platform: Array, acceleration: Array) -> None:
         """Move on in time.
 
         Args:
             seconds: length of the step, s.
             keep: (c,) factor by which the platform's errors decay.
             platform: (c, 6, 6) covariance of these errors when nothing is known.
-            acceleration: of robots, root of its spectral density, m/s^1.5.
+            acceleration: (c,) of robots, root of its spectral density, m/s^1.5.
         """
         x, P = self.mean, self.covariance
         x[:, SLOW] *= keep[:, None]

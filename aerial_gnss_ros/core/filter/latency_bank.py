@@ -14,7 +14,6 @@ the likelihood of the mixture of these, each weighed by how well it predicted th
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -45,9 +44,8 @@ class LatencyBankTuning:
     noisier: float = 9.0
     """Factor of variances by which they may be larger or smaller than stated: 3 of standard
     deviations."""
-    turns: float = 0.1
-    """Acceleration of robots that turn, which is added to theirs, root of its spectral density,
-    m/s^1.5: what turns shows nothing of the latency. Judged."""
+    turns: float = 0.2
+    """Acceleration of robots where they turn, root of its spectral density, m/s^1.5. Judged."""
     box_lasts_s: float = 1.5
     """Correlation time of boxes' errors where these last, s: a detector that takes foam or a wake
     for a part of the robot. Judged."""
@@ -73,11 +71,13 @@ class NoiseHypothesis(NamedTuple):
         level: ratio of the variances of all errors to the stated ones.
         lasts_s: correlation time of the platform's slow errors, s; None: as stated.
         box_lasts_s: correlation time of boxes' errors, s; 0: they are white.
+        turns: acceleration of robots beyond their class's, root of its spectral density, m/s^1.5.
     """
 
     level: float = 1.0
     lasts_s: float | None = None
     box_lasts_s: float = 0.0
+    turns: float = 0.0
 
 
 HYPOTHESES = (
@@ -87,6 +87,7 @@ HYPOTHESES = (
     NoiseHypothesis(1.0, CORRELATION_TIMES.quick_s),
     NoiseHypothesis(TUNING.noisier, CORRELATION_TIMES.quick_s),
     NoiseHypothesis(box_lasts_s=TUNING.box_lasts_s),
+    NoiseHypothesis(turns=TUNING.turns),
 )
 """As likely as one another before any image."""
 
@@ -148,7 +149,8 @@ class LatencyBank:
         self._lasts_s = np.tile(lasts, count)
         self._box_lasts_s = np.tile([one.box_lasts_s for one in HYPOTHESES], count)
         self._box = self._level * model.pixel
-        self._acceleration = math.hypot(motion.acceleration, TUNING.turns)
+        turns = np.tile([one.turns for one in HYPOTHESES], count)
+        self._acceleration: Array = np.hypot(motion.acceleration, turns)
         self.reset()
 
     def reset(self) -> None:

@@ -36,7 +36,7 @@ def state(rng, robots=2):
     found.begin_image(rng.uniform(0.5, 2.0, (COUNT, 6)), np.zeros(COUNT), np.ones(COUNT))
     for _ in range(robots):
         found.add(shown(rng))
-    found.predict(0.7, np.full(COUNT, 0.9), platform(rng), 0.3)
+    found.predict(0.7, np.full(COUNT, 0.9), platform(rng), np.full(COUNT, 0.3))
     return found
 
 
@@ -76,7 +76,7 @@ def test_prediction_is_that_of_a_dense_filter():
     rng = random(2)
     found, stationary = state(rng), platform(rng)
     found.mean = rng.normal(size=found.mean.shape)
-    keep, seconds, acceleration = np.array([0.0, 0.5, 0.9]), 0.8, 0.2
+    keep, seconds, acceleration = np.array([0.0, 0.5, 0.9]), 0.8, np.array([0.0, 0.2, 0.5])
     step = np.tile(np.eye(found.mean.shape[1]), (COUNT, 1, 1))
     noise = np.zeros_like(step)
     step[:, range(6), range(6)] = keep[:, None]
@@ -84,7 +84,7 @@ def test_prediction_is_that_of_a_dense_filter():
     for slot in (0, 1):
         for a in (COMMON + OWN * slot, COMMON + OWN * slot + 1):
             step[:, a, a + 2] = seconds
-            q = acceleration**2 * np.array(
+            q = (acceleration**2)[:, None, None] * np.array(
                 [[seconds**3 / 3, seconds**2 / 2], [seconds**2 / 2, seconds]]
             )
             noise[:, [[a], [a + 2]], [[a, a + 2]]] += q

@@ -63,9 +63,9 @@ def expected(white=0.0, slow=0.0):
 
     A slow error of the receiver moves camera and robot alike: only its change shows.
     """
-    swum = (SPEED * STEP_S) ** 2 + TUNING.turns**2 * STEP_S**3 / 3.0
     found = []
-    for level, lasts_s, box_lasts_s in HYPOTHESES:
+    for level, lasts_s, box_lasts_s, turns in HYPOTHESES:
+        swum = (SPEED * STEP_S) ** 2 + turns**2 * STEP_S**3 / 3.0
         kept = math.exp(-STEP_S / (lasts_s or 60.0))
         box_kept = math.exp(-STEP_S / box_lasts_s) if box_lasts_s else 0.0
         box = (1.0 - box_kept) ** 2 + 1.0 - box_kept**2 + TUNING.box_white
@@ -228,12 +228,6 @@ def test_boxes_whose_errors_last_are_a_constant_place_and_a_decaying_error(sea, 
     fits = [seen(sea, found, t, {"a": at(x)}) for t, x in zip(times, right, strict=True)]
     apart = np.abs(times[:, None] - times)
     errors = np.exp(-apart / TUNING.box_lasts_s) + TUNING.box_white * np.diag([0.0, 1.0, 1.0])
-    turns = TUNING.turns**2 * METRE_PX**2
-    swum = np.array([[0.0, 0.0], [STEP_S**3 / 3, 5 * STEP_S**3 / 6], [0.0, (2 * STEP_S) ** 3 / 3]])
-    errors[1, 1] += turns * swum[1, 0]
-    errors[1, 2] += turns * swum[1, 1]
-    errors[2, 1] += turns * swum[1, 1]
-    errors[2, 2] += turns * swum[2, 1]
     since = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])  # the place itself may be anywhere
     moved, spread = since @ right, since @ errors @ since.T
     gain = spread[1, 0] / spread[0, 0]
