@@ -14,7 +14,9 @@ the likelihood of the mixture of these, each weighed by how well it predicted th
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +25,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.filter.bank_state import COMMON, BankState, ShownPlaces
 from aerial_gnss_ros.core.filter.correlation_times import TUNING as CORRELATION_TIMES
-from aerial_gnss_ros.core.filter.latency_views import Mask, Views, by_pose
+from aerial_gnss_ros.core.filter.latency_views import EXPECTED, Mask, Views, by_pose
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import MotionModel
@@ -131,6 +133,10 @@ class LatencyFit:
         return self.misfit / self.count, self.size / self.count
 
 
+Shown = Callable[[str], ShownPlaces]
+"""Where the box of a robot shows it."""
+
+
 class LatencyBank:
     """Tracks robots at each of h candidate latencies, under each hypothesis of the noise.
 
@@ -193,9 +199,7 @@ class LatencyBank:
         optical = np.repeat(rotations @ FLU_FROM_OPTICAL, each, axis=0)
         views = Views(np.repeat(positions, each, axis=0), optical)
         axes = level_axes(rotations[len(rotations) // 2])
-        shown = {
-            name: self._shown(now.camera, pixel, views, axes) for name, pixel in now.pixels.items()
-        }
+        shown = partial(self._shown, now, views, axes)
         names = list(self._seen_ns)
         known = {name: names.index(name) for name in names if name in now.pixels}
         fit = self._correct(now, known, shown, views, axes) if known else None
@@ -203,7 +207,7 @@ class LatencyBank:
             begins = np.repeat(anew, each)
             state.forget(begins, platform)
             for name, slot in known.items():
-                state.restart(slot, shown[name], begins)
+                state.restart(slot, shown(name), begins)
         self._seen_ns.update(dict.fromkeys(known, now.stamp_ns))
         self._begin(now, shown, state)
         state.symmetrise()
@@ -221,33 +225,34 @@ class LatencyBank:
             self._seen_ns = {names[i]: self._seen_ns[names[i]] for i in kept}
             state.keep(kept)
 
-    def _begin(self, now: BankObservation, shown: dict[str, ShownPlaces], state: BankState) -> None:
+    def _begin(self, now: BankObservation, shown: Shown, state: BankState) -> None:
         """Begin with robots that were not known, where their boxes show water at all latencies."""
         fresh = [name for name in now.pixels if name not in self._seen_ns]
         for name in fresh[: TUNING.most_robots - len(self._seen_ns)]:
-            if shown[name].valid.all():
-                state.add(shown[name])
+            place = shown(name)
+            if place.valid.all():
+                state.add(place)
                 self._seen_ns[name] = now.stamp_ns
 
-    def _shown(self, camera: CameraModel, pixel: Array, views: Views, axes: Array) -> ShownPlaces:
-        """Return where a box shows its robot."""
-        places, valid = views.places(camera, pixel[None])
+    def _shown(self, now: BankObservation, views: Views, axes: Array, name: str) -> ShownPlaces:
+        """Return where a robot's box shows it."""
+        places, valid = views.places(now.camera, now.pixels[name][None])
         places = np.where(valid[..., None], places, 0.0)
         moved = by_pose(views.offsets(places))[:, 0]
-        _, by_place, _, _ = views.measured(camera, places, self._model.white)
+        _, by_place, _, _ = views.projected(now.camera, places)
         by_box = np.asarray(np.linalg.pinv(by_place[:, 0]), dtype=np.float64)
         return ShownPlaces(places[:, 0], _common(moved, axes), by_box, self._box, valid[:, 0])
 
     def _correct(
-        self, now: BankObservation, known: dict[str, int], shown: dict[str, ShownPlaces],
-        views: Views, axes: Array,
-    ) -> LatencyFit:  # fmt: skip
+        self, now: BankObservation, known: dict[str, int], shown: Shown, views: Views, axes: Array
+    ) -> LatencyFit:
         """Take in the boxes of known robots, given by their slots."""
         state = self._state
         assert state is not None  # noqa: S101 - `update` has begun it
         before = state.robots[:, list(known.values()), :2].copy()
-        pixels, by_place, _, seen = views.measured(now.camera, before, self._model.white)
-        by_common: Array = _common(-by_place @ by_pose(views.offsets(before)), axes)
+        pixels, by_place, moved, seen = views.projected(now.camera, before)
+        by_common = _common(moved, axes)
+        noise = TUNING.box_white * self._box
         misfit, size = np.zeros((2, self._count * len(HYPOTHESES)))
         lost = {}
         for i, (name, slot) in enumerate(known.items()):
@@ -256,16 +261,15 @@ class LatencyBank:
             expected += (by_common[:, i] @ state.mean[:, :COMMON, None])[..., 0]
             expected += (by_place[:, i] @ (robot[:, :2] - before[:, i])[..., None])[..., 0]
             residual = np.where(seen[:, i, None], now.pixels[name] - expected, 0.0)
-            noise = TUNING.box_white * self._box
             given = by_common[:, i], by_place[:, i], noise, TUNING.degrees
             fit = state.correct(slot, residual, *given)
-            cost = (TUNING.degrees + 2.0) * np.log1p(fit.squared / TUNING.degrees) - 2.0
+            cost = (TUNING.degrees + 2.0) * np.log1p(fit.squared / TUNING.degrees) - EXPECTED
             misfit += np.where(seen[:, i], cost, TUNING.out_of_view_cost)
             size += np.log(fit.determinant)
             lost[name] = seen[:, i] & (fit.squared > TUNING.lost_squared)
         for name, where in lost.items():
             if where.any():
-                state.restart(known[name], shown[name], where)
+                state.restart(known[name], shown(name), where)
         return self._mixed(misfit, size, len(known))
 
     def _mixed(self, misfit: Array, size: Array, count: int) -> LatencyFit:

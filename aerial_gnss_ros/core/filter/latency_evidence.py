@@ -21,6 +21,7 @@ from bisect import bisect_left
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +74,20 @@ class Stretch:
     costs: list[Array] = field(default_factory=list)
     sizes: list[list[float | None]] = field(default_factory=list)
     jumps_s: list[float] = field(default_factory=list)
+
+
+class Used(NamedTuple):
+    """What counts of a stretch.
+
+    Attributes:
+        times: (n, 1) of its images, s.
+        cost: (n, h) of these, 0 where it does not count.
+        right: (n, h) whether it counts.
+    """
+
+    times: Array
+    cost: Array
+    right: Mask
 
 
 def disturbed(times: Array, jumps_s: Sequence[float]) -> Mask:
@@ -178,9 +193,16 @@ class LatencyEvidence:
                 more images gains more.
         """
         own = self._zero if against is None else against
-        return np.minimum(self._by_images(own), self._by_telemetry(own))
+        used = [self._used(stretch) for stretch in self._stretches if stretch.times_s]
+        return np.minimum(self._by_images(used, own), self._by_telemetry(used, own))
 
-    def _by_images(self, base: int) -> Array:
+    def _used(self, stretch: Stretch) -> Used:
+        """Return what counts of a stretch that has images."""
+        times, cost = np.array(stretch.times_s)[:, None], np.array(stretch.costs)
+        right = ~disturbed(times - self._corrections, stretch.jumps_s) & np.isfinite(cost)
+        return Used(times, np.where(right, cost, 0.0), right)
+
+    def _by_images(self, used: list[Used], base: int) -> Array:
         """Return the log likelihoods (h,) over one candidate by the images that both have.
 
         Telemetry that is rounded or interpolated has another error at each candidate's time, which
@@ -189,11 +211,8 @@ class LatencyEvidence:
         Gaussian errors); if it is s² more, n of them tell n m² / 2 s² at most.
         """
         count, total, squares = np.zeros((3, len(self._corrections)))
-        for stretch in self._stretches:
-            if not stretch.times_s:
-                continue
-            cost, right = self._used(stretch)
-            right = right & right[:, base, None]
+        for _, cost, each in used:
+            right = each & each[:, base, None]
             apart = np.where(right, cost[:, base, None] - cost, 0.0)
             count += right.sum(axis=0)
             total += apart.sum(axis=0)
@@ -205,26 +224,16 @@ class LatencyEvidence:
         sure = 0.5 * count * mean**2 / variance
         return np.asarray(np.minimum(total / (2.0 * TUNING.caution), sure))
 
-    def _used(self, stretch: Stretch) -> tuple[Array, Mask]:
-        """Return costs (n, h) of a stretch, and which of them count."""
-        times, cost = np.array(stretch.times_s)[:, None], np.array(stretch.costs)
-        right = ~disturbed(times - self._corrections, stretch.jumps_s) & np.isfinite(cost)
-        return np.where(right, cost, 0.0), right
-
     @property
     def configured(self) -> int:
         """Index of the configured latency."""
         return self._zero
 
-    def _by_telemetry(self, base: int) -> Array:
+    def _by_telemetry(self, used: list[Used], base: int) -> Array:
         """Return the log likelihoods (h,) over one candidate by the same telemetry."""
         late = self._corrections
         own, other = np.zeros((2, len(late))), np.zeros((2, len(late)))
-        for stretch in self._stretches:
-            if not stretch.times_s:
-                continue
-            times = np.array(stretch.times_s)[:, None]
-            cost, right = self._used(stretch)
+        for times, cost, right in used:
             first = times[0] - np.minimum(late, late[base])
             last = times[-1] - np.maximum(late, late[base])
             in_own = right[:, base, None] & _within(times - late[base], first, last)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.model import CameraModel
-from aerial_gnss_ros.core.filter.latency_views import Views, by_pose
+from aerial_gnss_ros.core.filter.latency_views import EXPECTED, Views, by_pose
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import MotionModel
@@ -38,9 +38,6 @@ class ReappearanceTuning:
 
 
 TUNING = ReappearanceTuning()
-
-EXPECTED = 2.0
-"""Normalised squared distance of a box from where it should be, on average."""
 
 
 class Reappearance:

@@ -16,6 +16,9 @@ from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+EXPECTED = 2.0
+"""Normalised squared distance of a box from where it should be, on average."""
+
 
 @dataclass(frozen=True)
 class Views:
@@ -45,6 +48,21 @@ class Views:
         places = self.positions[:, None, :2] + directions[..., :2] * reach[..., None]
         return places, valid & np.isfinite(places).all(axis=2)
 
+    def projected(self, camera: CameraModel, places: Array) -> tuple[Array, Array, Array, Mask]:
+        """Return pixels, their derivatives by position and by pose, and visibility.
+
+        Args:
+            camera: lens and image.
+            places: (h, m, 2) on the water, m.
+        """
+        shape, offsets = places.shape[:2], self.offsets(places)
+        points = np.einsum("hmi,hij->hmj", offsets, self.optical)
+        pixels, by_point, seen = camera.project_with_jacobian(points.reshape(-1, 3))
+        turned = by_point.reshape(*shape, 2, 3) @ self.optical.swapaxes(1, 2)[:, None]
+        by_place = turned[..., :2]
+        moved = -by_place @ by_pose(offsets)
+        return pixels.reshape(*shape, 2), by_place, moved, seen.reshape(shape)
+
     def measured(
         self, camera: CameraModel, places: Array, white: Array
     ) -> tuple[Array, Array, Array, Mask]:
@@ -55,16 +73,11 @@ class Views:
             places: (h, m, 2) on the water, m.
             white: (6,) variances of the pose's white noise.
         """
-        shape, offsets = places.shape[:2], self.offsets(places)
-        points = np.einsum("hmi,hij->hmj", offsets, self.optical)
-        pixels, by_point, seen = camera.project_with_jacobian(points.reshape(-1, 3))
-        turned = by_point.reshape(*shape, 2, 3) @ self.optical.swapaxes(1, 2)[:, None]
-        by_place = turned[..., :2]
-        moved = by_place @ by_pose(offsets)
+        pixels, by_place, moved, seen = self.projected(camera, places)
         if self.interpolation is not None:
             white = white + self.interpolation[:, None, None]
         noise = (moved * white) @ moved.swapaxes(2, 3)
-        return pixels.reshape(*shape, 2), by_place, noise, seen.reshape(shape)
+        return pixels, by_place, noise, seen
 
 
 def by_pose(offsets: Array) -> Array:

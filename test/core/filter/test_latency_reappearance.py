@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.filter.latency_reappearance import EXPECTED, TUNING, Reappearance
-from aerial_gnss_ros.core.filter.latency_views import Views
+from aerial_gnss_ros.core.filter.latency_reappearance import TUNING, Reappearance
+from aerial_gnss_ros.core.filter.latency_views import EXPECTED, Views
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, matrix_from_rpy
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 
