@@ -13,6 +13,7 @@ import numpy as np
 
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.detection.images import read_image
+from aerial_gnss_ros.detection.second_look_terms import score_of
 from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.training.composing import water_of
 from aerial_gnss_ros.training.labelled import Truth
@@ -30,8 +31,7 @@ def shared(look: Look, share: Share) -> Detections:
     """Return the boxes with the scores that the detector with its second look gives."""
     found, _ = look.shared(share.weight)
     odds = np.log(found.scores / (1.0 - found.scores)) + share.shift
-    scores = 1.0 / (1.0 + np.exp(-odds))
-    return Detections(found.xywh, scores, found.class_ids, found.class_names)
+    return Detections(found.xywh, score_of(odds), found.class_ids, found.class_names)
 
 
 def above(found: Detections, threshold: float) -> Detections:
@@ -107,14 +107,14 @@ def at_recall(
     cells = []
     for least in shares:
         low, high = -10.0, 10.0  # log odds of thresholds at which enough and too few are found
-        if recall_of(with_robots, 1.0 / (1.0 + np.exp(-low))).overall.recall < least:
+        if recall_of(with_robots, float(score_of(low))).overall.recall < least:
             cells.append("-")
             continue
         while high - low > 0.005:
             middle = (low + high) / 2.0
-            score = recall_of(with_robots, 1.0 / (1.0 + np.exp(-middle)))
+            score = recall_of(with_robots, float(score_of(middle)))
             low, high = (middle, high) if score.overall.recall >= least else (low, middle)
-        threshold = 1.0 / (1.0 + np.exp(-low))
+        threshold = float(score_of(low))
         false = sum(len(above(found, threshold)) for _, found, _ in plain) / len(plain)
         cells.append(f"{false:.3f}")
     return f"at {shares} found: | {source} | {' | '.join(cells)} |"

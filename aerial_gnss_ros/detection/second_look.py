@@ -20,7 +20,14 @@ from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections, Detector, Image, Wrapper
 from aerial_gnss_ros.detection.onnx_backend import open_session
 from aerial_gnss_ros.detection.onnx_model import check_file
-from aerial_gnss_ros.detection.second_look_terms import INPUTS, OUTPUT, Terms, log_odds, traits
+from aerial_gnss_ros.detection.second_look_terms import (
+    INPUTS,
+    OUTPUT,
+    Terms,
+    log_odds,
+    score_of,
+    traits,
+)
 from aerial_gnss_ros.detection.views import turned, views
 
 
@@ -83,7 +90,7 @@ class SecondLook:
             ways = [turned(shown[again], traits[again], k) for k in range(1, self.terms.ways)]
             further = self.run(*(np.concatenate(part) for part in zip(*ways, strict=True)))
             odds = log_odds(np.concatenate([scores[again], further])).reshape(self.terms.ways, -1)
-            scores[again] = 1.0 / (1.0 + np.exp(-odds.mean(axis=0)))
+            scores[again] = score_of(odds.mean(axis=0))
         return scores
 
     def run(self, shown: NDArray[np.uint8], traits: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -30,7 +30,7 @@ class Terms:
         least: shortest side of the near view in the image, px.
         from_score: boxes below are not rescored, and so not reported.
         to_score: boxes above keep their score.
-        most: greatest number of boxes of an image; each costs about half a millisecond.
+        most: greatest number of boxes of an image; each costs one to two milliseconds.
         class_names: of a network that gives a score for each class; empty: one score, and the
             detector's class.
         ways: in how many ways, turned and mirrored, a box is looked at; the log odds are averaged.
@@ -105,6 +105,11 @@ def log_odds(scores: NDArray[np.float64] | float) -> NDArray[np.float64]:
     within = np.clip(np.asarray(scores, dtype=np.float64), 1e-4, 1.0 - 1e-4)
     odds: NDArray[np.float64] = np.log(within / (1.0 - within))
     return odds
+
+
+def score_of(odds: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    """Return the score of log odds."""
+    return np.asarray(1.0 / (1.0 + np.exp(-np.asarray(odds, dtype=np.float64))))
 
 
 def traits(xywh: NDArray[np.float64], scores: NDArray[np.float64]) -> NDArray[np.float32]:

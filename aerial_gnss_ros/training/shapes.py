@@ -21,7 +21,7 @@ def shape(rng: np.random.Generator, length: float) -> F32:
     if kind == 0:  # a ring
         radius = round(unit * rng.uniform(0.25, 0.45))
         width = max(1, round(radius * rng.uniform(0.2, 0.6)))
-        cv2.circle(mask, point(middle), radius, 255, width)
+        cv2.circle(mask, _point(middle), radius, 255, width)
     elif kind == 1:  # a plank, a pole
         points = cv2.boxPoints((
             (float(middle[0]), float(middle[1])),
@@ -40,7 +40,7 @@ def shape(rng: np.random.Generator, length: float) -> F32:
             at = middle + rng.normal(0.0, 0.12 * unit, 2)
             axes = np.maximum(1, np.round(unit * rng.uniform(0.07, 0.27, 2))).astype(int)
             turn = float(rng.uniform(0.0, 180.0))
-            cv2.ellipse(mask, point(at), point(axes), turn, 0.0, 360.0, 255, -1)
+            cv2.ellipse(mask, _point(at), _point(axes), turn, 0.0, 360.0, 255, -1)
         for _ in range(int(rng.integers(0, 6)) if kind == 4 else 0):
             end = middle + rng.normal(0.0, 0.3 * unit, 2)
             joint = (middle + end) / 2.0 + rng.normal(0.0, 0.08 * unit, 2)
@@ -52,7 +52,7 @@ def shape(rng: np.random.Generator, length: float) -> F32:
     return np.asarray(coverage / np.float32(255.0), dtype=np.float32)
 
 
-def point(values: NDArray[np.generic]) -> tuple[int, int]:
+def _point(values: NDArray[np.generic]) -> tuple[int, int]:
     """Return a position in whole pixels."""
     x, y = (round(float(value)) for value in values)
     return x, y

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.detection.config import DetectorConfig
-from aerial_gnss_ros.detection.second_look_terms import log_odds
+from aerial_gnss_ros.detection.second_look_terms import log_odds, score_of
 from aerial_gnss_ros.training.labelled import Truth
 from aerial_gnss_ros.training.score import score_above
 
@@ -56,7 +56,7 @@ class Look:
         """Return the boxes with combined scores: `weight` of the second look's log odds."""
         found = self.found
         odds = weight * log_odds(self.scores) + (1.0 - weight) * log_odds(found.scores)
-        mixed = np.where(self.scores == found.scores, found.scores, 1.0 / (1.0 + np.exp(-odds)))
+        mixed = np.where(self.scores == found.scores, found.scores, score_of(odds))
         order = np.argsort(-mixed, kind="stable")
         boxes = Detections(
             found.xywh[order], mixed[order], found.class_ids[order], found.class_names
