@@ -283,7 +283,8 @@ def tell(given: argparse.Namespace, file: Path, share: Share, sources: Sequence[
             _say(f"in an area: {false_boxes(folder, in_area(folder, boxes))}")
         found = finished(with_robots, file, share, given.threads, given.ways)
         _say(robots(source, found))
-        _say(at_recall(source, boxes, found, given.found))
+        for row in at_recall(folder, boxes, found, given.found):
+            _say(row)
     for folders in given.test:
         seen = [s for f in folders for s in seen_of(given, f.name, images_of(f))]
         score = Score()

@@ -4,16 +4,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
+import math
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from aerial_gnss_ros.detection.base import Detections
+from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.images import read_image
-from aerial_gnss_ros.detection.second_look_terms import score_of
+from aerial_gnss_ros.detection.second_look_terms import log_odds, score_of
 from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.training.composing import water_of
 from aerial_gnss_ros.training.labelled import Truth
@@ -24,6 +26,7 @@ from aerial_gnss_ros.training.share import Look, Share
 SOURCES = {"northsea_video": 1.0, "lake_nadir": 1.0, "lake_shore": 0.5}
 """Name of each, and the share of its photographs that is taken for water."""
 LENGTH_PX = 24.0  # of robots that a detector is expected to find on real water
+QUANTILES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 
@@ -100,21 +103,51 @@ def recall_of(made: Sequence[Any], threshold: float) -> Score:
     return score
 
 
+def threshold_at(with_robots: Sequence[Any], least: float) -> float:
+    """Return the highest threshold at which a share of the robots is found; NaN: none is."""
+    low, high = -10.0, 10.0  # log odds of thresholds at which enough and too few are found
+    if recall_of(with_robots, float(score_of(low))).overall.recall < least:
+        return math.nan
+    while high - low > 0.005:
+        middle = (low + high) / 2.0
+        score = recall_of(with_robots, float(score_of(middle)))
+        low, high = (middle, high) if score.overall.recall >= least else (low, middle)
+    return float(score_of(low))
+
+
 def at_recall(
-    source: str, plain: Sequence[Any], with_robots: Sequence[Any], shares: Sequence[float]
-) -> str:
-    """Return a row: false boxes an image on plain photographs where a share of robots is found."""
-    cells = []
-    for least in shares:
-        low, high = -10.0, 10.0  # log odds of thresholds at which enough and too few are found
-        if recall_of(with_robots, float(score_of(low))).overall.recall < least:
-            cells.append("-")
-            continue
-        while high - low > 0.005:
-            middle = (low + high) / 2.0
-            score = recall_of(with_robots, float(score_of(middle)))
-            low, high = (middle, high) if score.overall.recall >= least else (low, middle)
-        threshold = float(score_of(low))
-        false = sum(len(above(found, threshold)) for _, found, _ in plain) / len(plain)
-        cells.append(f"{false:.3f}")
-    return f"at {shares} found: | {source} | {' | '.join(cells)} |"
+    folder: Path, plain: Sequence[Any], with_robots: Sequence[Any], shares: Sequence[float]
+) -> Iterator[str]:
+    """Yield rows: false boxes an image where shares of robots are found; at the first, of what."""
+    thresholds = [threshold_at(with_robots, least) for least in shares]
+    counts = [sum(len(above(found, t)) for _, found, _ in plain) / len(plain) for t in thresholds]
+    cells = ["-" if math.isnan(t) else f"{n:.3f}" for t, n in zip(thresholds, counts, strict=True)]
+    yield f"at {shares} found: | {folder.name} | {' | '.join(cells)} |"
+    if math.isnan(thresholds[0]):
+        return
+    for kind, scores in _scores_by_kind(folder, plain, with_robots, thresholds[0]).items():
+        quantiles = " | ".join(f"{one:.2f}" for one in np.quantile(scores, QUANTILES))
+        yield f"{kind}: {len(scores) / len(plain):.2f} an image; scores {quantiles}"
+
+
+def _scores_by_kind(
+    folder: Path, plain: Sequence[Any], with_robots: Sequence[Any], threshold: float
+) -> dict[str, list[float]]:
+    """Return the scores of false boxes by what they are on, and of robots.
+
+    Log odds are shifted so that the threshold is the default one.
+    """
+    labels = PictureLabels(folder / "labels.csv", ())
+    shift = log_odds(DetectorConfig.score_threshold) - log_odds(threshold)
+    scores: dict[str, list[float]] = defaultdict(list)
+    for name, found, _ in plain:
+        some = above(found, threshold)
+        for kind, score in zip(on_what(some, labels, name), some.scores, strict=True):
+            scores[kind].append(float(score_of(log_odds(score) + shift)))
+    for _, found, truth in with_robots:
+        some = above(found, threshold)
+        if len(some) and len(truth.corners):
+            hit = iou(some.xyxy, truth.corners[truth.long_px >= LENGTH_PX]).max(axis=1, initial=0.0)
+            shifted = score_of(log_odds(some.scores[hit > 0.5]) + shift)
+            scores["robot"] += shifted.tolist()
+    return dict(sorted(scores.items(), key=lambda one: -len(one[1])))

@@ -4,9 +4,9 @@
 
 Swimmers, boats and docks last as robots do. Single boxes of them score as high now and then; in the
 mean they score lower, and a detector's errors differ from one image to the next. On 13 swimmers in
-62 images 0.5 s apart, of which training had seen none, the log odds of their boxes' scores vary by
-0.8 within a swimmer, and by 0.5 between swimmers (`benchmarks/lasting_scores.py`). So the mean over
-a track tells more than any of its boxes.
+62 images 0.5 s apart, of which training had seen none, the log odds of two networks' scores vary by
+0.5 and 0.8 within a swimmer, and by 0.3 and 0.5 between swimmers (`benchmarks/lasting_scores.py`).
+So the mean over a track tells more than any of its boxes.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ class ScoreEvidenceTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     spread: float = 0.8
-    """Log odds of the scores of one thing's boxes, one sigma. Measured on swimmers; on rendered
-    robots less than half of it."""
+    """Log odds of the scores of one thing's boxes, one sigma: of swimmers, by the less even of two
+    networks. Measured; on rendered robots less than half of it."""
     correlation_s: float = 0.3
     """Correlation time of its deviations, s. Measured: 0.16 is left after 0.5 s."""
     sigmas: float = 1.0
