@@ -36,11 +36,10 @@ from aerial_gnss_ros.core.estimation.latency_cover import LatencyCover
 from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial, learn
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
+from aerial_gnss_ros.core.estimation.time_in_motion import TimeInMotion
 from aerial_gnss_ros.core.filter.joint_filter import TUNING as JOINT_FILTER
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
-from aerial_gnss_ros.core.geometry.map_pose import MapPose
-from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_vector
 from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
@@ -79,11 +78,6 @@ class LatencyDoubtTuning:
     the filter, and what fits badly does so for about as long, by one cause. Judged."""
     decided_s: float = 30.0
     """Time in motion after which the configured latency is taken for right, s. Judged."""
-    moving_mps: float = 0.5
-    """A camera that moves more slowly, and turns more slowly than `turning_radps`, says nothing of
-    the latency, m/s. Judged."""
-    turning_radps: float = math.radians(1.0)
-    """The same of its rotation, rad/s. Judged."""
 
 
 TUNING = LatencyDoubtTuning()
@@ -119,7 +113,7 @@ class LatencyDoubt:
         self._published: Pipeline | None = None
         self._again = False
         self.search = LatencySearch(self.unknown, inputs, weighs=True)
-        self._moved_s = 0.0
+        self._motion = TimeInMotion()
         self._nats = -math.inf
         self._cover = LatencyCover(self.search.corrections, TUNING.elsewhere)
         self.reset()
@@ -139,7 +133,7 @@ class LatencyDoubt:
         """Begin anew with other robots; what images told of the latency stays."""
         self.search.reset()
         self.forget_images()
-        self._last: tuple[int, MapPose] | None = None
+        self._motion.interrupt()
         self.due_ns = ALWAYS_NS if self.open else NEVER_NS
 
     def forget_images(self) -> None:
@@ -179,8 +173,8 @@ class LatencyDoubt:
         if self.doubted:
             self._learn_more(stamp_ns, not measured)
             return
-        self._moved_s += self._moved(stamp_ns, scene.in_map)
-        self._last = stamp_ns, scene.in_map
+        self._motion.update(stamp_ns, scene.in_map)
+        moved_s = self._motion.total_s
         gains = evidence.gains()
         self._cover.weigh(gains)
         far = gains[np.abs(self.search.corrections) > TUNING.settled_apart_s]
@@ -191,9 +185,9 @@ class LatencyDoubt:
         if self.stamped_seldom:
             self._nats = math.inf
         right = float(far.max()) < TUNING.settled_nats
-        endless = self._moved_s > 2.0 * TUNING.decided_s
+        endless = moved_s > 2.0 * TUNING.decided_s
         likelier = self._nats > prior
-        settled = right or endless or (self._moved_s > TUNING.decided_s and not likelier)
+        settled = right or endless or (moved_s > TUNING.decided_s and not likelier)
         if self._nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
             self._drop()
         self.open = self.trial is not None or not settled
@@ -320,17 +314,6 @@ class LatencyDoubt:
             probability = 1.0 / (1.0 + math.exp(-self._nats))
             alone = self.trial.mixed(result.estimates, alone, probability, local)
         return replace(result, estimates=tuple(alone))
-
-    def _moved(self, stamp_ns: int, pose: MapPose) -> float:
-        """Return the time since the last image, s; 0 if the camera has hardly moved or turned."""
-        if self._last is None or stamp_ns <= self._last[0]:
-            return 0.0
-        last_ns, last = self._last
-        passed_s = (stamp_ns - last_ns) * 1e-9
-        way = float(np.linalg.norm(pose.position - last.position))
-        turn = float(np.linalg.norm(rotation_vector(pose.rotation @ last.rotation.T)))
-        moves = way > TUNING.moving_mps * passed_s or turn > TUNING.turning_radps * passed_s
-        return passed_s if moves else 0.0
 
 
 def _unknown(config: EstimatorConfig) -> EstimatorConfig:

@@ -22,8 +22,8 @@ from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.latency_band import LatencyBand, bands
 from aerial_gnss_ros.core.filter.latency_bank import BankObservation, LatencyFit
-from aerial_gnss_ros.core.filter.latency_evidence import TUNING as LATENCY_EVIDENCE
 from aerial_gnss_ros.core.filter.latency_evidence import LatencyEvidence, disturbed
+from aerial_gnss_ros.core.filter.latency_posterior import CAUTION, LatencyPrior, posterior
 from aerial_gnss_ros.core.filter.latency_views import Mask, Views
 from aerial_gnss_ros.core.filter.pose_lattice import (
     STEP_NS,
@@ -65,18 +65,11 @@ class LatencySearchTuning:
     most_bend_rad: float = 0.05
     """The same of the orientation, rad: a gimbal that starts at 60 deg/s has less, one that jumps
     by 12 deg has more. Judged."""
-    elsewhere: float = 0.1
-    """Probability before any image that the latency is none that is expected. Judged."""
-    posterior_steps: int = 20
-    """Grid points of the posterior between two candidates. Judged."""
     most_waiting: int = 100
     """Greatest number of images that wait for telemetry. Judged."""
 
 
 TUNING = LatencySearchTuning()
-
-CAUTION = LATENCY_EVIDENCE.caution
-"""Divisor of log likelihoods."""
 
 
 class LatencySearch:
@@ -259,49 +252,8 @@ class LatencySearch:
 
     def _posterior(self) -> tuple[float, float]:
         """Return posterior mean and sigma of the correction, s."""
-        from scipy.interpolate import CubicSpline  # takes long to import, and is seldom needed
-
-        score = -0.5 * self._cost / CAUTION + self._log_prior()
-        grid = self.corrections
-        fine: Array = np.linspace(grid[0], grid[-1], TUNING.posterior_steps * (len(grid) - 1) + 1)
-        values = CubicSpline(grid, score)(fine)
-        weight = np.exp(values - values.max())
-        weight /= weight.sum()
-        mean = float(weight @ fine)
-        wide = self._prior_variance(mean)
-        if not self._images:
-            return mean, math.sqrt(wide)
-        variance = float(weight @ np.square(fine - mean))
-        least = self.stamp_sigma_s**2 + (STEP_S / TUNING.posterior_steps) ** 2
-        return mean, math.sqrt(min(variance + least, max(variance, wide)))
-
-    @property
-    def _stamped_late_s(self) -> float:
-        """How late stamps are in the mean, s: by up to the time between two images.
-
-        A latency that is stated contains it.
-        """
-        return 0.0 if self._stated_ns else math.sqrt(3.0) * self.stamp_sigma_s
-
-    def _log_prior(self) -> Array:
-        """Return the log density of each candidate before any image, up to a constant.
-
-        Where telemetry has the stamps of images, they are most likely late by what that makes them.
-        """
-        squared = np.square(self.corrections / self._sigma)
-        if not self.stamp_sigma_s:
-            return -0.5 * squared
-        near = (self.corrections + self._stamped_late_s) / self.stamp_sigma_s
-        anywhere = TUNING.elsewhere * np.exp(-0.5 * squared) / self._sigma
-        late = (1.0 - TUNING.elsewhere) * np.exp(-0.5 * np.square(near)) / self.stamp_sigma_s
-        return np.asarray(np.log(anywhere + late))
-
-    def _prior_variance(self, about: float) -> float:
-        """Return the mean squared distance of the prior from a correction, s²."""
-        if not self.stamp_sigma_s:
-            return self._sigma**2
-        late = self.stamp_sigma_s**2 + (about + self._stamped_late_s) ** 2
-        return TUNING.elsewhere * (self._sigma**2 + about**2) + (1.0 - TUNING.elsewhere) * late
+        prior = LatencyPrior.of(self._sigma, self.stamp_sigma_s, bool(self._stated_ns))
+        return posterior(self.corrections, self._cost, prior, bool(self._images))
 
     def _pose(self, stamp_ns: int) -> MapPose | bool:
         """Return the camera at a time; without one, whether its telemetry may still arrive."""
