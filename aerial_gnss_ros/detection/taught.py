@@ -25,8 +25,9 @@ from aerial_gnss_ros.detection.second_look_terms import Terms, traits
 from aerial_gnss_ros.detection.views import views
 from aerial_gnss_ros.detection.yolo import iou
 
-TERMS = Terms(from_score=0.1, to_score=1.0, most=64)
-"""Of the networks that `teach` trains: faint things too, as the network is what decides."""
+TERMS = Terms(from_score=0.1, to_score=1.0, most=64, parts=True)
+"""Of the networks that `teach` trains: faint things too, as the network is what decides. What is
+whole on the water of the recording may stand out only in parts on other water."""
 _AROUND = (1.0, 2.5)
 """Sizes of the surroundings of an anomaly, its sides, in which an outline is searched."""
 _NEIGHBOURS = 1.2

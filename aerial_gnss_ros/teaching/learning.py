@@ -36,14 +36,13 @@ from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_labels
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.score import Score, score_above
 from aerial_gnss_ros.training.share import Share
-from aerial_gnss_ros.training.taught_examples import Examples, Frame, examples_of, in_parts, varied
+from aerial_gnss_ros.training.taught_examples import Examples, Frame, examples_of, varied
 
 NETWORK, ABOUT, STATE = "taught.onnx", "taught.json", ".training.pt"
 FEWEST = 10
 """Boxes of a class below which nothing can be learnt of it."""
 _STOPPING = 0.2  # share of the images to learn from, their end, that decides when to stop
 _MOST_IMAGES, _MOST_STOPPING = 120, 40  # neighbouring frames are nearly the same
-_TRIED = 25  # images on which is tried whether robots stand out as a whole
 _VARIANTS, _STOPPING_VARIANTS, _EACH = 80, 20, 8
 _THRESHOLDS = tuple(round(1.0 / (1.0 + math.exp(-0.1 * i)), 4) for i in range(-40, 61))
 """Equal steps of log odds: most scores are near 0 or 1."""
@@ -147,7 +146,6 @@ def learn(project: Path, plan: Plan, progress: Progress) -> Learnt:
         _sign(state).write_text(data, encoding="ascii")
     began = time.perf_counter()
     terms = replace(TERMS, class_names=names)
-    terms = replace(terms, parts=in_parts(_some(learning, _TRIED), terms))
     waters = _waters(plan.water)
     rng = np.random.default_rng(plan.seed)
     examples = _examples(

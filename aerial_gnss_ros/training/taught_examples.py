@@ -18,10 +18,8 @@ from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.training.cut_paste import Cutout, pasted
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
 from aerial_gnss_ros.training.proposals import ROOM, Proposals, joined, judged
-from aerial_gnss_ros.training.score import MATCH_IOU
 
 Frame = tuple[Image, Truth]
-_WHOLE = 0.9  # least share of robots that stand out as a whole, else parts are examined, too
 _REAL = 3.0  # weight of what was seen against what was pasted
 
 
@@ -84,22 +82,6 @@ def varied(
             number * len(waters) // count if count < len(waters) else number % len(waters)
         ]
         yield pasted(rng, water.read(), water.truth, robots, each)
-
-
-def in_parts(images: Sequence[LabelledImage], terms: Terms) -> bool:
-    """Return whether too many labelled robots do not stand out from the water as a whole.
-
-    Args:
-        images: some that are learnt from.
-        terms: of the network, which examines whole objects.
-    """
-    proposer, robots, whole = Proposer(terms), 0, 0
-    for image in images:
-        corners = image.truth.corners
-        if len(corners):
-            fits = iou(corners, proposer.detect(image.read()).xyxy).max(axis=1, initial=0.0)
-            robots, whole = robots + len(corners), whole + int((fits >= MATCH_IOU).sum())
-    return whole < _WHOLE * robots
 
 
 def _of(proposer: Proposer, frame: Frame, terms: Terms) -> tuple[Proposals, NDArray[np.int64]]:

@@ -28,7 +28,6 @@ class_look = runpy.run_path(str(_HERE.with_name("class_look.py")))["class_look"]
 brightness_look = runpy.run_path(str(_HERE.with_name("brightness_look.py")))["brightness_look"]
 white_box_model = runpy.run_path(str(_HERE.with_name("synthetic_model.py")))["white_box_model"]
 ROBOTS = replace(TERMS, class_names=("sub", "boat"))
-IN_PARTS = replace(TERMS, parts=True)
 BLUE, RED, DARK = (250, 40, 40), (40, 40, 230), (20, 20, 20)
 
 
@@ -95,7 +94,7 @@ def test_a_robot_of_which_a_part_stands_out_most_is_a_proposal_as_a_whole():
     image = np.full((300, 400, 3), (110, 120, 90), np.uint8)
     cv2.rectangle(image, (100, 100), (159, 119), DARK, -1)
     part = Detections(np.array([[111.5, 109.5, 24.0, 20.0]]), np.ones(1), np.zeros(1, int), ("x",))
-    proposer = Proposer(IN_PARTS)
+    proposer = Proposer(TERMS)
     proposer._anomaly = SimpleNamespace(detect=lambda _image: part)
     found = proposer.detect(image)
     shared = iou(np.array([[99.5, 99.5, 159.5, 119.5]]), found.xyxy)[0]
@@ -108,8 +107,8 @@ def test_bright_ends_of_a_dark_robot_are_a_proposal_together(image):
     """Of the water's colour between them; things farther apart than they are long are not."""
     cv2.rectangle(image, (100, 400), (119, 412), BLUE, -1)
     cv2.rectangle(image, (150, 404), (169, 416), RED, -1)
-    found = Proposer(IN_PARTS).detect(image)
-    plain = Proposer(TERMS).detect(image)
+    found = Proposer(TERMS).detect(image)
+    plain = Proposer(replace(TERMS, parts=False)).detect(image)
     assert iou(np.array([[99.5, 399.5, 169.5, 416.5]]), plain.xyxy).max() < 0.5
     shared = iou(np.array([[99.5, 399.5, 169.5, 416.5], [399.5, 79.5, 439.5, 99.5]]), found.xyxy)
     assert shared[0].max() > 0.9

@@ -11,7 +11,7 @@ import pytest
 from aerial_gnss_ros.detection.taught import TERMS
 from aerial_gnss_ros.training.cut_paste import cut_out
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
-from aerial_gnss_ros.training.taught_examples import examples_of, in_parts, varied
+from aerial_gnss_ros.training.taught_examples import examples_of, varied
 
 PLACES = {(60, 60): (40, 40, 230), (200, 60): (40, 220, 230), (60, 160): (240, 240, 240)}
 """Left and top of a red, a yellow and a white box of 40 x 20 px; the white one is no robot."""
@@ -66,21 +66,3 @@ def test_variants_are_on_all_waters_and_have_more_robots(frame):
     again = [int(one[0, 0, 0]) for one, _ in varied(rng, waters, robots, 6, 1)]
     assert again == [90, 91, 92, 93, 90, 91]
     assert list(varied(rng, waters, [], 5, 6)) == []
-
-
-def test_robots_that_stand_out_only_in_parts_are_noticed():
-    """A dark hull is whole; one of the water's colour with bright ends is not."""
-
-    def robot(hull):
-        image = np.full((200, 300, 3), (110, 120, 90), np.uint8)
-        cv2.rectangle(image, (100, 100), (169, 115), hull, -1)
-        for left in (100, 150):
-            cv2.rectangle(image, (left, 100), (left + 19, 115), (240, 240, 240), -1)
-        truth = Truth(
-            np.array([[99.5, 99.5, 169.5, 115.5]]), np.ones(1, bool), np.ones(1), np.ones(1),
-            np.zeros(1, np.int64),
-        )  # fmt: skip
-        return LabelledImage("a", truth, lambda: image)
-
-    assert in_parts([robot((110, 120, 90))], TERMS)
-    assert not in_parts([robot((240, 240, 240))], TERMS)
