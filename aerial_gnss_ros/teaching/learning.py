@@ -41,9 +41,9 @@ from aerial_gnss_ros.training.taught_examples import Examples, Frame, examples_o
 NETWORK, ABOUT, STATE = "taught.onnx", "taught.json", ".training.pt"
 FEWEST = 10
 """Boxes of a class below which nothing can be learnt of it."""
-_STOPPING = 0.2  # share of the images to learn from, their end, that decides when to stop
-_MOST_IMAGES, _MOST_STOPPING = 120, 40  # neighbouring frames are nearly the same
-_VARIANTS, _STOPPING_VARIANTS, _EACH = 80, 20, 8
+_CHOOSING = 0.2  # share of the images to learn from, their end, that decides the threshold
+_MOST_IMAGES, _MOST_CHOOSING = 120, 40  # neighbouring frames are nearly the same
+_VARIANTS, _EACH = 80, 8
 _THRESHOLDS = tuple(round(1.0 / (1.0 + math.exp(-0.1 * i)), 4) for i in range(-40, 61))
 """Equal steps of log odds: most scores are near 0 or 1."""
 
@@ -74,7 +74,7 @@ class Learnt:
     Attributes:
         data: fingerprint of labels, images and plan.
         classes: their names.
-        threshold: score threshold with the best F1 on the images that decided when to stop.
+        threshold: score threshold with the best F1 on the last of the images to learn from.
         confirm_score: that nearly all boxes on robots kept aside exceed; 0: not known.
         images: number that was kept aside to score on.
         robots: labelled in them.
@@ -133,8 +133,8 @@ def learn(project: Path, plan: Plan, progress: Progress) -> Learnt:
     dataset = project / FOLDER
     names = open_dataset(dataset).names
     images = list(read_labels(dataset, "train"))
-    first = len(images) - max(1, round(_STOPPING * len(images)))
-    learning, stopping = images[:first], images[first:]
+    first = len(images) - max(1, round(_CHOOSING * len(images)))
+    learning, choosing = images[:first], images[first:]
     _check(learning, names)
     data = _fingerprint(dataset, plan)
     known = _known(project, data)
@@ -148,18 +148,12 @@ def learn(project: Path, plan: Plan, progress: Progress) -> Learnt:
     terms = replace(TERMS, class_names=names)
     waters = _waters(plan.water)
     rng = np.random.default_rng(plan.seed)
-    examples = _examples(
-        "examples", rng, _some(learning, _MOST_IMAGES), waters, _VARIANTS, terms, progress
-    )
+    examples = _examples(rng, _some(learning, _MOST_IMAGES), waters, terms, progress)
     _check_seen(examples, names, project)
-    aside = _examples(
-        "examples kept aside", rng, _some(stopping, _MOST_STOPPING), [], _STOPPING_VARIANTS, terms,
-        progress,
-    )  # fmt: skip
-    _train(project, examples, aside, terms, plan, progress)
+    _train(project, examples, terms, plan, progress)
     trained = time.perf_counter() - began
     second = SecondLook(project / NETWORK, plan.threads)
-    threshold = _threshold(second, _some(stopping, _MOST_STOPPING))
+    threshold = _threshold(second, _some(choosing, _MOST_CHOOSING))
     kept = list(read_labels(dataset, "val")) if any((dataset / "images/val").glob("*")) else []
     scored, scores, image_ms = _scored(second, threshold, kept)
     overall = scored.overall
@@ -200,35 +194,30 @@ def _check_seen(examples: Examples, names: Sequence[str], project: Path) -> None
             )
 
 
-def _train(
-    project: Path, examples: Examples, aside: Examples, terms: Terms, plan: Plan, progress: Progress
-) -> None:
+def _train(project: Path, examples: Examples, terms: Terms, plan: Plan, progress: Progress) -> None:
     """Train and write the network."""
     from aerial_gnss_ros.training.second_look_network import write
-    from aerial_gnss_ros.training.second_look_network_taught import Stopping, fit_taught
+    from aerial_gnss_ros.training.second_look_network_taught import STEPS, fit_taught
 
-    stopping = Stopping()
-    with progress("training", stopping.steps, "steps") as report:
+    with progress("training", STEPS, "steps") as report:
         network = fit_taught(
-            examples, aside, terms, stopping, plan.seed, project / STATE, report, plan.threads
-        )  # fmt: skip
+            examples, terms, STEPS, plan.seed, project / STATE, report, plan.threads
+        )
     with partial(project / NETWORK) as file:
         write(network, terms, Share(), file)
 
 
 def _examples(
-    what: str,
     rng: np.random.Generator,
     images: Sequence[LabelledImage],
     waters: Sequence[LabelledImage],
-    count: int,
     terms: Terms,
     progress: Progress,
 ) -> Examples:
     """Return what is learnt from images, and from their robots pasted onto water."""
     robots: list[Cutout] = []
     seen = [*images, *waters]
-    with progress(what, len(seen) + count, "images") as report:
+    with progress("examples", len(seen) + _VARIANTS, "images") as report:
 
         def read() -> Iterator[Frame]:
             for number, one in enumerate(seen, 1):
@@ -238,7 +227,7 @@ def _examples(
                 report(number)
 
         def variants() -> Iterator[Frame]:
-            for number, frame in enumerate(varied(rng, seen, robots, count, _EACH), 1):
+            for number, frame in enumerate(varied(rng, seen, robots, _VARIANTS, _EACH), 1):
                 yield frame
                 report(len(seen) + number)
 

@@ -87,14 +87,6 @@ def varied(
     return scaled(seen), torch.from_numpy(traits)
 
 
-def network_inputs(proposals: Proposals, terms: Terms) -> tuple[Any, Any]:
-    """Return the views and traits of proposals as the exported network sees them."""
-    edge = (proposals.views.shape[1] - terms.side) // 2
-    here = slice(edge, edge + terms.side)
-    seen = torch.from_numpy(proposals.views[:, here, here]).permute(0, 3, 1, 2).float() / 255.0
-    return scaled(seen), torch.from_numpy(proposals.traits)
-
-
 def _sharpened(seen: Any, rng: np.random.Generator, variation: Variation) -> Any:
     """Return views (n, 6, side, side), some sharper, with seams along edges, or softer."""
     if not variation.sharpened:

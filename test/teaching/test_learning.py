@@ -63,6 +63,10 @@ def _work(tmp_path):
 @pytest.mark.ultralytics
 def test_it_finds_the_robot_and_not_the_buoy(work, monkeypatch):
     pytest.importorskip("torch", reason="needs the extra [training]")
+    from aerial_gnss_ros.training import second_look_network_taught as taught
+
+    monkeypatch.setattr(taught, "STEPS", 100)  # two colours are told apart soon
+    monkeypatch.setattr(learning, "_VARIANTS", 20)
     folder = work(20)
     learnt = learn(folder, Plan(threads=1), _quiet)
     assert learnt.classes == ("fin",)

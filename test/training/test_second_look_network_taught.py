@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A taught network: it learns classes, stops early, and goes on where it was killed."""
+"""A taught network: it learns classes, and goes on where it was killed."""
 
 from __future__ import annotations
 
@@ -40,11 +40,9 @@ def _nothing(_step: int) -> None: ...
 
 def test_it_tells_classes_and_others_apart(tmp_path):
     from aerial_gnss_ros.training.second_look_network import write
-    from aerial_gnss_ros.training.second_look_network_taught import Stopping, fit_taught
+    from aerial_gnss_ros.training.second_look_network_taught import fit_taught
 
-    network = fit_taught(
-        _examples(1), _examples(2), ROBOTS, Stopping(75), 1, tmp_path / "s.pt", _nothing, 1
-    )
+    network = fit_taught(_examples(1), ROBOTS, 75, 1, tmp_path / "s.pt", _nothing, 1)
     write(network, ROBOTS, Share(), tmp_path / "mine.onnx")
     second = SecondLook(tmp_path / "mine.onnx", 1)
     assert second.terms == ROBOTS
@@ -54,50 +52,31 @@ def test_it_tells_classes_and_others_apart(tmp_path):
     assert (scores[other.wanted == 0] < 0.5).mean() > 0.95
 
 
-def test_killed_it_goes_on_to_the_same_network(tmp_path):
-    from aerial_gnss_ros.training.second_look_network_taught import Stopping, fit_taught
+def test_killed_it_goes_on_to_the_same_network(tmp_path, monkeypatch):
+    from aerial_gnss_ros.training import second_look_network_taught as taught
 
-    terms, stopping = ROBOTS, Stopping(4, every=2, patience=9)
+    monkeypatch.setattr(taught, "_STORED_EVERY", 2)
 
     def killed(step: int) -> None:
         if step == 3:
             raise KeyboardInterrupt
 
-    arguments = (_examples(1, 40), _examples(2, 20), terms, stopping, 5)
-    whole = fit_taught(*arguments, tmp_path / "whole.pt", _nothing, 1).state_dict()
+    arguments = (_examples(1, 40), ROBOTS, 5, 5)
+    whole = taught.fit_taught(*arguments, tmp_path / "whole.pt", _nothing, 1).state_dict()
     with pytest.raises(KeyboardInterrupt):
-        fit_taught(*arguments, tmp_path / "part.pt", killed, 1)
+        taught.fit_taught(*arguments, tmp_path / "part.pt", killed, 1)
     steps: list[int] = []
-    again = fit_taught(*arguments, tmp_path / "part.pt", steps.append, 1).state_dict()
-    assert steps == [2, 3, 4]
+    again = taught.fit_taught(*arguments, tmp_path / "part.pt", steps.append, 1).state_dict()
+    assert steps == [2, 3, 4, 5]
     for name, value in whole.items():
         torch.testing.assert_close(again[name], value, rtol=0.0, atol=0.0)
 
 
-def test_it_ends_when_the_part_kept_aside_gets_no_better(tmp_path, monkeypatch):
-    """The losses are given: the network of the least one is returned."""
+def test_a_state_that_cannot_be_written_is_said(tmp_path, monkeypatch):
     from aerial_gnss_ros.training import second_look_network_taught as taught
 
-    losses, seen = iter([0.5, 0.3, 0.4, 0.299, 0.6, 0.1]), []
-
-    def loss(network, _inputs, _wanted):
-        seen.append(network)
-        return next(losses)
-
-    monkeypatch.setattr(taught, "_loss", loss)
-    stopping = taught.Stopping(100, every=1, patience=3)  # 0.299 is not 2 % better than 0.3
-    best = taught.fit_taught(
-        _examples(1, 40), _examples(2, 20), ROBOTS, stopping, 1, tmp_path / "s.pt", _nothing, 1
-    )
-    assert len(seen) == 5
-    assert best is seen[1]
-
-
-def test_a_state_that_cannot_be_written_is_said(tmp_path):
-    from aerial_gnss_ros.training.second_look_network_taught import Stopping, fit_taught
-
+    monkeypatch.setattr(taught, "_STORED_EVERY", 1)
     with pytest.raises(OutputError, match=r"s.pt cannot be written"):
-        fit_taught(
-            _examples(1, 40), _examples(2, 20), ROBOTS, Stopping(1, every=1), 1,
-            tmp_path / "none" / "s.pt", _nothing, 1,
+        taught.fit_taught(
+            _examples(1, 40), ROBOTS, 1, 1, tmp_path / "none" / "s.pt", _nothing, 1
         )  # fmt: skip
