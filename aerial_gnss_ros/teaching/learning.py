@@ -36,14 +36,21 @@ from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_labels
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.score import Score, score_above
 from aerial_gnss_ros.training.share import Share
-from aerial_gnss_ros.training.taught_examples import Examples, Frame, examples_of, varied
+from aerial_gnss_ros.training.taught_examples import (
+    Examples,
+    Frame,
+    examples_of,
+    varied,
+    with_things,
+)
 
 NETWORK, ABOUT, STATE = "taught.onnx", "taught.json", ".training.pt"
 FEWEST = 10
 """Boxes of a class below which nothing can be learnt of it."""
 _CHOOSING = 0.2  # share of the images to learn from, their end, that decides the threshold
 _MOST_IMAGES, _MOST_CHOOSING = 120, 40  # neighbouring frames are nearly the same
-_VARIANTS, _EACH = 80, 8
+_VARIANTS, _EACH = 120, 8
+_DRAWN = 3  # times that other things are drawn into an image that decides the threshold
 _THRESHOLDS = tuple(round(1.0 / (1.0 + math.exp(-0.1 * i)), 4) for i in range(-40, 61))
 """Equal steps of log odds: most scores are near 0 or 1."""
 
@@ -153,7 +160,7 @@ def learn(project: Path, plan: Plan, progress: Progress) -> Learnt:
     _train(project, examples, terms, plan, progress)
     trained = time.perf_counter() - began
     second = SecondLook(project / NETWORK, plan.threads)
-    threshold = _threshold(second, _some(choosing, _MOST_CHOOSING))
+    threshold = _threshold(second, _some(choosing, _MOST_CHOOSING), rng)
     kept = list(read_labels(dataset, "val")) if any((dataset / "images/val").glob("*")) else []
     scored, scores, image_ms = _scored(second, threshold, kept)
     overall = scored.overall
@@ -257,10 +264,19 @@ def _detector(second: SecondLook, threshold: float) -> TaughtDetector:
     return TaughtDetector(config, second)
 
 
-def _threshold(second: SecondLook, images: Sequence[LabelledImage]) -> float:
-    """Return the threshold with the best F1; of equal ones the middle."""
+def _threshold(
+    second: SecondLook, images: Sequence[LabelledImage], rng: np.random.Generator
+) -> float:
+    """Return the threshold with the best F1; of equal ones the middle.
+
+    Images count as they are, and with other things drawn into them, as another place has them.
+    """
     detector = _detector(second, _THRESHOLDS[0])
-    pairs = [(detector.detect(image.read()), image.truth) for image in images]
+    pairs = []
+    for image in images:
+        seen = image.read(), image.truth
+        frames = [seen, *(with_things(rng, seen) for _ in range(_DRAWN))]
+        pairs += [(detector.detect(shown), truth) for shown, truth in frames]
     reached = []
     for threshold in _THRESHOLDS:
         tally = score_above(pairs, threshold).overall

@@ -15,12 +15,15 @@ from aerial_gnss_ros.detection.second_look_terms import Terms, traits
 from aerial_gnss_ros.detection.taught import Proposer
 from aerial_gnss_ros.detection.views import views
 from aerial_gnss_ros.detection.yolo import iou
+from aerial_gnss_ros.training.clutter import Numbers, add_things, pictures
 from aerial_gnss_ros.training.cut_paste import Cutout, pasted
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
 from aerial_gnss_ros.training.proposals import ROOM, Proposals, joined, judged
 
 Frame = tuple[Image, Truth]
 _REAL = 3.0  # weight of what was seen against what was pasted
+_THINGS = Numbers(things=4.0, people=4.0, figures=16.0)
+_LENGTHS = np.array([1.0 / 3.0, 3.0])  # of these things, lengths of the robots
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,7 @@ def varied(
     count: int,
     each: int,
 ) -> Iterator[Frame]:
-    """Yield images of water with robots pasted into them.
+    """Yield images of water with robots pasted, and other things drawn, into them.
 
     Args:
         rng: all randomness.
@@ -81,7 +84,26 @@ def varied(
         water = waters[
             number * len(waters) // count if count < len(waters) else number % len(waters)
         ]
-        yield pasted(rng, water.read(), water.truth, robots, each)
+        yield with_things(rng, pasted(rng, water.read(), water.truth, robots, each))
+
+
+def with_things(rng: np.random.Generator, frame: Frame) -> Frame:
+    """Return an image with robots, and with things drawn into it that are none.
+
+    A recording shows little besides its robots and its water. Without these things, whatever else
+    floats on other water is as likely taken for a robot as not.
+
+    Args:
+        rng: all randomness.
+        frame: the image and its labels, which stay.
+    """
+    image, truth = frame
+    if not len(truth.corners):
+        return frame
+    length = float(np.median((truth.corners[:, 2:] - truth.corners[:, :2]).max(axis=1)))
+    least, most = _LENGTHS * length
+    paints = pictures(image, truth.corners)
+    return add_things(rng, image, truth.corners, _THINGS, paints, (), (least, most)), truth
 
 
 def _of(proposer: Proposer, frame: Frame, terms: Terms) -> tuple[Proposals, NDArray[np.int64]]:

@@ -152,4 +152,33 @@ def test_the_threshold_is_the_middle_of_the_best(monkeypatch):
         np.zeros(1, np.int64),
     )  # fmt: skip
     images = [LabelledImage("a", truth, lambda: np.zeros((100, 200, 3), np.uint8))]
-    assert learning._threshold(None, images) == pytest.approx(0.62, abs=0.015)
+    rng = np.random.default_rng(1)
+    assert learning._threshold(None, images, rng) == pytest.approx(0.62, abs=0.015)
+
+
+def test_the_threshold_is_chosen_with_other_things_in_view(monkeypatch):
+    """The recording shows one robot of 0.9; what is drawn beside it has 0.5, on water that is even.
+
+    Without the things any threshold up to 0.9 would be as good.
+    """
+    from aerial_gnss_ros.detection.base import Detections
+    from aerial_gnss_ros.training.labelled import LabelledImage, Truth
+
+    class Fooled:
+        def detect(self, image):
+            boxes = np.array([[50.0, 50.0, 20.0, 20.0], [150.0, 50.0, 20.0, 20.0]])
+            count = 2 if image.std() > 0.0 else 1
+            return Detections(
+                boxes[:count], np.array([0.9, 0.5])[:count], np.zeros(count, np.int64), ("fin",)
+            )
+
+    monkeypatch.setattr(learning, "_detector", lambda *_args: Fooled())
+    truth = Truth(
+        np.array([[40.0, 40.0, 60.0, 60.0]]), np.ones(1, bool), np.ones(1), np.ones(1),
+        np.zeros(1, np.int64),
+    )  # fmt: skip
+    images = [LabelledImage("a", truth, lambda: np.zeros((100, 200, 3), np.uint8))]
+    threshold = learning._threshold(None, images, np.random.default_rng(1))
+    assert 0.5 < threshold <= 0.9
+    odds = np.log(threshold / (1.0 - threshold))
+    assert odds == pytest.approx(0.5 * np.log(9.0), abs=0.1)

@@ -11,7 +11,7 @@ import pytest
 from aerial_gnss_ros.detection.taught import TERMS
 from aerial_gnss_ros.training.cut_paste import cut_out
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
-from aerial_gnss_ros.training.taught_examples import examples_of, varied
+from aerial_gnss_ros.training.taught_examples import examples_of, varied, with_things
 
 PLACES = {(60, 60): (40, 40, 230), (200, 60): (40, 220, 230), (60, 160): (240, 240, 240)}
 """Left and top of a red, a yellow and a white box of 40 x 20 px; the white one is no robot."""
@@ -60,9 +60,31 @@ def test_variants_are_on_all_waters_and_have_more_robots(frame):
     robots = cut_out(image, truth)
     rng = np.random.default_rng(1)
     made = list(varied(rng, waters, robots, 2, 6))
-    assert [int(one[0, 0, 0]) for one, _ in made] == [90, 92]
+    assert [np.median(one[..., 0]) for one, _ in made] == [90, 92]
     assert all(len(labels.corners) >= 2 for _, labels in made)
     assert set(np.concatenate([labels.class_ids for _, labels in made])) == {0, 1}
-    again = [int(one[0, 0, 0]) for one, _ in varied(rng, waters, robots, 6, 1)]
+    again = [np.median(one[..., 0]) for one, _ in varied(rng, waters, robots, 6, 1)]
     assert again == [90, 91, 92, 93, 90, 91]
     assert list(varied(rng, waters, [], 5, 6)) == []
+
+
+def test_other_things_are_drawn_beside_the_robots_and_are_none(frame):
+    image, truth = frame
+    made, labels = with_things(np.random.default_rng(3), frame)
+    assert labels is truth
+    for left, top, right, bottom in np.round(truth.corners).astype(int):
+        robot = slice(top + 1, bottom), slice(left + 1, right)
+        np.testing.assert_array_equal(made[robot], image[robot])
+    changed = np.abs(made.astype(int) - image).max(axis=2) > 20
+    assert 0.01 < changed.mean() < 0.5
+    seen, more = examples_of([frame], [], TERMS, 2), examples_of([(made, truth)], [], TERMS, 2)
+    assert more.wanted.sum() == seen.wanted.sum()
+    others = [(one.wanted.sum(axis=1) == 0).sum() for one in (seen, more)]
+    assert others[1] >= others[0] + 5
+
+
+def test_water_without_robots_stays_as_it_is(frame):
+    """What is there is real; there is no robot to say how long things are."""
+    image, _ = frame
+    empty = Truth(*(np.zeros(shape) for shape in ((0, 4), 0, 0, 0, 0)))
+    assert with_things(np.random.default_rng(1), (image, empty))[0] is image
