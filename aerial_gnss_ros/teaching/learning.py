@@ -53,6 +53,7 @@ _VARIANTS, _EACH = 120, 8
 _DRAWN = 3  # times that other things are drawn into an image that decides the threshold
 _THRESHOLDS = tuple(round(1.0 / (1.0 + math.exp(-0.1 * i)), 4) for i in range(-40, 61))
 """Equal steps of log odds: most scores are near 0 or 1."""
+_SHIFT = 20  # of these steps, 2 in log odds: by so much robots score lower on other water
 
 Progress = Callable[[str, int, str], AbstractContextManager[Callable[[int], None]]]
 """Reports long work: its name, its amount, the unit."""
@@ -160,7 +161,7 @@ def learn(project: Path, plan: Plan, progress: Progress) -> Learnt:
     _train(project, examples, terms, plan, progress)
     trained = time.perf_counter() - began
     second = SecondLook(project / NETWORK, plan.threads)
-    threshold = _threshold(second, _some(choosing, _MOST_CHOOSING), rng)
+    threshold = _threshold(second, _some(choosing, _MOST_CHOOSING), plan.seed)
     kept = list(read_labels(dataset, "val")) if any((dataset / "images/val").glob("*")) else []
     scored, scores, image_ms = _scored(second, threshold, kept)
     overall = scored.overall
@@ -264,13 +265,15 @@ def _detector(second: SecondLook, threshold: float) -> TaughtDetector:
     return TaughtDetector(config, second)
 
 
-def _threshold(
-    second: SecondLook, images: Sequence[LabelledImage], rng: np.random.Generator
-) -> float:
-    """Return the threshold with the best F1; of equal ones the middle.
+def _threshold(second: SecondLook, images: Sequence[LabelledImage], seed: int) -> float:
+    """Return the threshold with the best F1 in the mean over thresholds around it.
 
-    Images count as they are, and with other things drawn into them, as another place has them.
+    Of equal ones it is the middle. The mean, as F1 is nearly the same over a wide range, and the
+    best of so few images may be at the end of it, where most robots are lost if they score a little
+    lower on other water. Images count as they are, and with other things drawn into them, as
+    another place has them.
     """
+    rng = np.random.default_rng(seed)
     detector = _detector(second, _THRESHOLDS[0])
     pairs = []
     for image in images:
@@ -281,8 +284,10 @@ def _threshold(
     for threshold in _THRESHOLDS:
         tally = score_above(pairs, threshold).overall
         reached.append(2.0 * tally.found / max(1, tally.robots + tally.found + tally.false))
-    best = [t for t, f1 in zip(_THRESHOLDS, reached, strict=True) if f1 == max(reached)]
-    return best[len(best) // 2]
+    around = np.ones(2 * _SHIFT + 1) / (2 * _SHIFT + 1)
+    means = np.convolve(np.pad(reached, _SHIFT, mode="edge"), around, mode="valid")
+    best = np.flatnonzero(np.isclose(means, means.max()))
+    return _THRESHOLDS[int(best[len(best) // 2])]
 
 
 def _scored(
