@@ -30,6 +30,7 @@ import numpy as np
 from families import ORIGIN, Cell, Image, Setting, experiment, results
 from numpy.typing import NDArray
 from tables import columns, show
+from unseen_water_tables import QUANTILES
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
@@ -42,7 +43,6 @@ from aerial_gnss_ros.simulation.view import project_points
 Array = NDArray[np.float64]
 
 DURATION_S, RATE_HZ, FALSE_M, NEAR_PX = 40.0, 5.0, 2.0, 12.0
-AT = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 SCORES = {
     "robot": (0.30, 0.47, 0.67, 0.79, 0.85, 0.89, 0.94),
     "swimmer": (0.30, 0.32, 0.35, 0.41, 0.52, 0.64, 0.83),
@@ -51,7 +51,7 @@ SCORES = {
     "glint": (0.30, 0.32, 0.33, 0.36, 0.39, 0.47, 0.60),
     "dock": (0.31, 0.32, 0.33, 0.40, 0.56, 0.69, 0.90),
 }
-"""Scores of boxes at quantiles `AT`: robots composed onto the lake, false boxes of each kind."""
+"""Scores of boxes at `QUANTILES`: robots composed onto the lake, false boxes of each kind."""
 LENGTHS_M = {"swimmer": (0.5, 1.7), "boat": (2.0, 7.0), "dock": (0.4, 10.0), "foam": (0.2, 1.5),
              "glint": (0.1, 1.0)}  # fmt: skip
 SPEEDS_MPS = {"swimmer": 0.3, "boat": 0.2, "dock": 0.0, "foam": 0.15}
@@ -83,7 +83,7 @@ HEADS = ["clutter", "stated", "false boxes an image", "not `wrong_size`", "false
 def score(kind: str, level: Array | float) -> Array:
     """Return scores at standard normal deviates."""
     share = 0.5 * (1.0 + np.vectorize(math.erf)(np.asarray(level) / math.sqrt(2.0)))
-    return np.asarray(np.interp(share, AT, SCORES[kind]))
+    return np.asarray(np.interp(share, QUANTILES, SCORES[kind]))
 
 
 @dataclass(frozen=True)

@@ -20,21 +20,22 @@ from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.training.composing import water_of
 from aerial_gnss_ros.training.labelled import Truth
 from aerial_gnss_ros.training.picture_labels import PictureLabels
-from aerial_gnss_ros.training.score import Score
+from aerial_gnss_ros.training.score import MATCH_IOU, Score
 from aerial_gnss_ros.training.share import Look, Share
 
 SOURCES = {"northsea_video": 1.0, "lake_nadir": 1.0, "lake_shore": 0.5}
 """Name of each, and the share of its photographs that is taken for water."""
 LENGTH_PX = 24.0  # of robots that a detector is expected to find on real water
 QUANTILES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
+"""At which scores are told; `false_robots.py` draws scores by them."""
 THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 
 def shared(look: Look, share: Share) -> Detections:
     """Return the boxes with the scores that the detector with its second look gives."""
     found, _ = look.shared(share.weight)
-    odds = np.log(found.scores / (1.0 - found.scores)) + share.shift
-    return Detections(found.xywh, score_of(odds), found.class_ids, found.class_names)
+    scores = score_of(log_odds(found.scores) + share.shift)
+    return Detections(found.xywh, scores, found.class_ids, found.class_names)
 
 
 def above(found: Detections, threshold: float) -> Detections:
@@ -142,12 +143,13 @@ def _scores_by_kind(
     scores: dict[str, list[float]] = defaultdict(list)
     for name, found, _ in plain:
         some = above(found, threshold)
-        for kind, score in zip(on_what(some, labels, name), some.scores, strict=True):
-            scores[kind].append(float(score_of(log_odds(score) + shift)))
+        shifted = score_of(log_odds(some.scores) + shift).tolist()
+        for kind, score in zip(on_what(some, labels, name), shifted, strict=True):
+            scores[kind].append(score)
     for _, found, truth in with_robots:
         some = above(found, threshold)
-        if len(some) and len(truth.corners):
-            hit = iou(some.xyxy, truth.corners[truth.long_px >= LENGTH_PX]).max(axis=1, initial=0.0)
-            shifted = score_of(log_odds(some.scores[hit > 0.5]) + shift)
-            scores["robot"] += shifted.tolist()
+        robots = truth.corners[truth.long_px >= LENGTH_PX]
+        if len(some) and len(robots):
+            hit = iou(some.xyxy, robots).max(axis=1) > MATCH_IOU
+            scores["robot"] += score_of(log_odds(some.scores[hit]) + shift).tolist()
     return dict(sorted(scores.items(), key=lambda one: -len(one[1])))
