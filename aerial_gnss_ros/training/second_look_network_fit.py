@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,25 @@ _MEASURED = 2048  # boxes on which normalisations are restored
 _EASY = (
     0.15  # relative frequency of boxes about which the detector is quite right; 1.15: quite wrong
 )
+
+
+def multiplies_bfloat16(capabilities: Mapping[str, Any] | None = None) -> bool:
+    """Return whether the processor multiplies numbers of 16 bits; others are ten times slower.
+
+    Measured, the network alone: 3.9 s a step with them and 0.36 s without, on an AMD EPYC that has
+    AVX2 only.
+
+    Args:
+        capabilities: what torch says of the processor; None: it is asked. Before torch 2.11 it
+            cannot be, and the answer is no.
+    """
+    if capabilities is None:
+        ask = getattr(torch.cpu, "get_capabilities", dict)
+        capabilities = ask()
+    return bool(capabilities.get("avx512_bf16") or capabilities.get("amx_bf16"))
+
+
+_MULTIPLIES_BFLOAT16 = multiplies_bfloat16()
 
 
 def fit(
@@ -118,7 +137,7 @@ class Fitting:
             group["lr"] = rate + 1e-5
         chosen = self._rng.choice(len(self._proposals), _BATCH, p=self._chances)
         views, traits = varied(self._proposals, chosen, self._terms, self._rng, self._variation)
-        with torch.autocast("cpu", dtype=torch.bfloat16):
+        with torch.autocast("cpu", dtype=torch.bfloat16, enabled=_MULTIPLIES_BFLOAT16):
             odds = self.network(views.contiguous(memory_format=torch.channels_last), traits)
         wanted = torch.from_numpy(self._wanted[chosen])
         loss = functional.binary_cross_entropy_with_logits(

@@ -56,6 +56,23 @@ def crosses():
     )
 
 
+@pytest.mark.ultralytics
+@pytest.mark.parametrize(
+    ("capabilities", "multiplies"),
+    [
+        ({"avx512_bf16": True, "amx_bf16": False}, True),
+        ({"avx512_bf16": False, "amx_bf16": True}, True),
+        ({"avx512_f": True, "avx512_bf16": False}, False),
+        ({}, False),
+    ],
+)
+def test_it_learns_in_16_bits_where_the_processor_multiplies_them(capabilities, multiplies):
+    pytest.importorskip("torch", reason="needs the extra [ultralytics]")
+    from aerial_gnss_ros.training.second_look_network_fit import multiplies_bfloat16
+
+    assert multiplies_bfloat16(capabilities) is multiplies
+
+
 def test_joined_and_times(crosses):
     both = joined([crosses, crosses.times(3.0)])
     assert len(both) == 800
