@@ -34,7 +34,7 @@ READY_DEV := $(VENV)/.ready-to-develop
 READY_DOCS := $(VENV)/.ready-to-document
 
 # test/conftest.py says which tests stay together.
-SIDE_BY_SIDE := -n $(JOBS) --dist loadgroup --no-loadscope-reorder
+SIDE_BY_SIDE := -n $(JOBS) --dist loadscope --no-loadscope-reorder
 # Ends a process whose test hangs, also in native code (pytest 9; older ones only print where it hangs).
 TIMEOUT := -o faulthandler_timeout=400 -o faulthandler_exit_on_timeout=true
 

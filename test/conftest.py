@@ -50,25 +50,41 @@ LONGEST = ("nodes", "interfaces", "training", "test_install.py", "commands", "fu
 """What begins first, so that no process waits for it at the end."""
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(config, items):
-    """Tell pytest-xdist what stays together: a file, whose fixtures are made once.
+def together(nodeid: str) -> str:
+    """Return the name of what one process runs a test with: a file, whose fixtures are made once.
 
     Tests of nodes mostly wait, and share nothing: any process may take the next.
     """
-    if not WORKER or not config.pluginmanager.hasplugin("xdist"):
-        return
+    path = nodeid.partition("::")[0]
+    if path.rpartition("/")[2] in IN_TURN:
+        return "in turn"
+    return nodeid if path.startswith("test/nodes/") else path
 
-    def part(item):
-        return item.path.relative_to(REPOSITORY / "test").parts[0]
 
-    for item in items:
-        if item.path.name in IN_TURN:
-            item.add_marker(pytest.mark.xdist_group("in turn"))
-        elif part(item) != "nodes":
-            group = str(item.path.relative_to(REPOSITORY))
-            item.add_marker(pytest.mark.xdist_group(group))
-    items.sort(key=lambda one: LONGEST.index(part(one)) if part(one) in LONGEST else len(LONGEST))
+def pytest_xdist_make_scheduler(config, log):
+    """Let `--dist loadscope` keep together what `together` says.
+
+    Not marks and `--dist loadgroup`: from pytest 9.2 on, pytest-xdist 3.8 takes no notice of them.
+    """
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Together(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            return together(nodeid)
+
+    return Together(config, log) if config.getvalue("dist") == "loadscope" else None
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Begin with what takes longest."""
+
+    def rank(item):
+        part = item.path.relative_to(REPOSITORY / "test").parts[0]
+        return LONGEST.index(part) if part in LONGEST else len(LONGEST)
+
+    if WORKER:
+        items.sort(key=rank)
 
 
 @pytest.fixture(scope="session")
