@@ -22,14 +22,16 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 
 EARTH_M = 6_371_000.0
 LIMITS = {
-    "orbit30_still": (0.08, 1.0),
-    "transit30_still": (0.15, 1.0),
-    "hover30_mixed": (0.5, 1.0),
-    "orbit20_mixed_noisy": (1.8, 2.0),
-    "orbit40_moving_quiet": (0.6, 1.0),
-    "orbit60_coloured": (0.5, 1.5),
+    "orbit30_still": (0.08, 1.0, 0.95),
+    "transit30_still": (0.15, 1.0, 0.95),
+    "hover30_mixed": (0.5, 1.0, 0.95),
+    "orbit20_mixed_noisy": (1.8, 2.0, 0.95),
+    "orbit40_moving_quiet": (0.6, 1.0, 0.95),
+    "transit25_late": (3.0, 1.5, 0.95),
+    "orbit60_coloured": (0.5, 1.5, 0.95),
+    "orbit30_slow": (1.5, 1.0, 0.9),
 }
-"""Largest RMS error, m, and NEES/2 of the last third by flight."""
+"""Largest RMS error, m, and NEES/2, and least share of boxes with positions, of the last third."""
 
 CONFIG = estimator_config({})  # nothing is stated
 
@@ -73,8 +75,8 @@ def test_nothing_needs_to_be_stated(flight, shared_data):
     if not folder.is_dir():
         pytest.skip(f"no independent flights: {folder} is absent")
     errors, covariances, share = replayed(folder / flight)
-    rms_m, nees = LIMITS[flight]
+    rms_m, nees, least = LIMITS[flight]
     squared = np.einsum("ni,nij,nj->n", errors, np.linalg.inv(covariances), errors)
-    assert share > 0.95
+    assert share > least
     assert math.sqrt(np.mean((errors**2).sum(axis=1))) < rms_m
     assert squared.mean() / 2.0 < nees
