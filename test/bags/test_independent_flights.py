@@ -20,6 +20,8 @@ from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.detection.config import DetectorConfig
 
+pytestmark = pytest.mark.flights
+
 EARTH_M = 6_371_000.0
 LIMITS = {
     "orbit30_still": (0.08, 1.0, 0.95),

@@ -21,6 +21,8 @@ from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Reason
 from aerial_gnss_ros.core.values.samples import Scalar
 
+pytestmark = pytest.mark.flights
+
 TOLD_S = 40.0
 """Until when `ready` adds telemetry."""
 STATEFUL = ("_pipeline", "_identity")

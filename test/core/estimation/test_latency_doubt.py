@@ -15,6 +15,8 @@ from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.estimation import latency_doubt, latency_trial, recent_images
 from aerial_gnss_ros.core.values.estimates import State
 
+pytestmark = pytest.mark.flights
+
 STATED = {"noise.gnss_offset_m": 0.02, "noise.robot_acceleration": 0.01}
 ROBOTS = {"a": lambda _t: (2.0, 18.0), "b": lambda _t: (-3.0, 22.0), "c": lambda _t: (6.0, 24.0)}
 

@@ -16,6 +16,8 @@ from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.models.platform_model import ANGLES
 from aerial_gnss_ros.core.values.estimates import State
 
+pytestmark = pytest.mark.flights
+
 RING = {
     f"r{i}": (lambda _t, i=i: (6.0 * math.cos(i), 20.0 + 4.0 * math.sin(1.7 * i))) for i in range(6)
 }

@@ -18,6 +18,8 @@ from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
+pytestmark = pytest.mark.flights
+
 RTK = {"noise.gnss_offset_m": 0.02, "tracks.find_moored": True}
 ORBIT = {
     "drone": lambda t: (28.0 * math.cos(0.15 * t), 20.0 + 28.0 * math.sin(0.15 * t), 30.0),

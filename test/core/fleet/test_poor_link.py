@@ -24,6 +24,8 @@ from aerial_gnss_ros.core.fleet.outbox import SECOND_NS, Outbox
 from aerial_gnss_ros.core.fleet.shore import Shore
 from aerial_gnss_ros.simulation.sensors import START_NS
 
+pytestmark = pytest.mark.flights
+
 LASTED_S = 80.0
 STEP_S = 0.1
 MOST_S = 200.0

@@ -18,6 +18,8 @@ from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.estimates import State
 
+pytestmark = pytest.mark.flights
+
 MEETING_S = 17.0
 """A time at which two of them are close, s."""
 CROSSING = {
