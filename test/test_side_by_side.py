@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import os
 import runpy
+import subprocess
+import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -33,33 +34,57 @@ def test_every_process_has_a_domain_of_its_own(monkeypatch, domain):
 
 class Item:
     def __init__(self, path):
-        self.path, self.groups = CONFTEST.parent / path, []
-
-    def add_marker(self, mark):
-        self.groups += mark.args
+        self.path = CONFTEST.parent / path
 
 
-def test_files_stay_together_and_nodes_begin(monkeypatch):
-    sort = loaded(monkeypatch, "gw0")["pytest_collection_modifyitems"]
-    names = ["core/test_a.py", "core/test_a.py", "test_install.py", "nodes/test_b.py",
-             "nodes/test_live.py", "nodes/test_player.py", "interfaces/test_c.py"]  # fmt: skip
+def ordered(monkeypatch, worker, names):
     items = [Item(name) for name in names]
-    sort(SimpleNamespace(pluginmanager=SimpleNamespace(hasplugin=lambda _: True)), items)
-    groups = [(item.path.name, item.groups) for item in items]
-    assert groups == [
-        ("test_b.py", []),
-        ("test_live.py", ["in turn"]),
-        ("test_player.py", ["in turn"]),
-        ("test_c.py", ["test/interfaces/test_c.py"]),
-        ("test_install.py", ["test/test_install.py"]),
-        ("test_a.py", ["test/core/test_a.py"]),
-        ("test_a.py", ["test/core/test_a.py"]),
-    ]
+    loaded(monkeypatch, worker)["pytest_collection_modifyitems"](items)
+    return [item.path.name for item in items]
 
 
-def test_without_side_by_side_nothing_changes(monkeypatch):
-    sort = loaded(monkeypatch, "")["pytest_collection_modifyitems"]
-    items = [Item("core/test_a.py"), Item("nodes/test_b.py")]
-    sort(SimpleNamespace(pluginmanager=SimpleNamespace(hasplugin=lambda _: True)), items)
-    assert [item.groups for item in items] == [[], []]
-    assert items[0].path.name == "test_a.py"
+def test_what_takes_longest_begins(monkeypatch):
+    names = ["core/test_a.py", "test_install.py", "nodes/test_b.py", "interfaces/test_c.py"]
+    assert ordered(monkeypatch, "gw0", names) == [
+        "test_b.py", "test_c.py", "test_install.py", "test_a.py",
+    ]  # fmt: skip
+    assert ordered(monkeypatch, "", names) == [Path(name).name for name in names]
+
+
+ONE = """
+import os
+from pathlib import Path
+
+import pytest
+
+@pytest.mark.parametrize("number", range(6))
+def test_one(number):
+    said = Path(os.environ["SAID"]) / f"{Path(__file__).stem}_{number}"
+    said.write_text(os.environ["PYTEST_XDIST_WORKER"])
+"""
+FILES = ("core/test_a.py", "core/test_b.py", "nodes/test_live.py", "nodes/test_player.py")
+
+
+def test_a_file_is_of_one_process_and_so_are_all_that_keep_up_with_the_clock(tmp_path):
+    """With pytest-xdist itself, which has taken no notice of marks without a word."""
+    pytest.importorskip("xdist")
+    said = tmp_path / "said"
+    said.mkdir()
+    for name in FILES:
+        file = tmp_path / "test" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(ONE)
+    (tmp_path / "test" / "conftest.py").write_text(CONFTEST.read_text())
+    (tmp_path / "pytest.ini").write_text("[pytest]\naddopts = --import-mode=importlib\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-n", "3", "--dist", "loadscope", "test"],
+        cwd=tmp_path, env=os.environ | {"SAID": str(said)}, capture_output=True, text=True,
+        timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+    assert len(list(said.iterdir())) == 6 * len(FILES)
+    processes = {
+        name: {one.read_text() for one in said.glob(f"{Path(name).stem}_*")} for name in FILES
+    }
+    assert all(len(some) == 1 for some in processes.values())
+    assert processes["nodes/test_live.py"] == processes["nodes/test_player.py"]
