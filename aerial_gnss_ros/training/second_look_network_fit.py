@@ -40,8 +40,8 @@ def multiplies_bfloat16(capabilities: Mapping[str, Any] | None = None) -> bool:
     AVX2 only.
 
     Args:
-        capabilities: what torch says of the processor; None: it is asked. Before torch 2.11 it
-            cannot be, and the answer is no.
+        capabilities: what torch says of the processor; None: it is asked. Older ones cannot tell,
+            which counts as no.
     """
     if capabilities is None:
         ask = getattr(torch.cpu, "get_capabilities", dict)
