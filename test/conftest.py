@@ -50,10 +50,11 @@ LONGEST = ("nodes", "interfaces", "training", "test_install.py", "commands", "fu
 """What begins first, so that no process waits for it at the end."""
 
 
-def together(nodeid: str) -> str:
-    """Return the name of what one process runs a test with: a file, whose fixtures are made once.
+def group_of(nodeid: str) -> str:
+    """Return the group of a test: one process runs all tests of a group.
 
-    Tests of nodes mostly wait, and share nothing: any process may take the next.
+    A file is a group, so that its fixtures are made once. Tests of nodes mostly wait, and share
+    nothing: each is a group of its own, so that any process may take the next.
     """
     path = nodeid.partition("::")[0]
     if path.rpartition("/")[2] in IN_TURN:
@@ -61,18 +62,20 @@ def together(nodeid: str) -> str:
     return nodeid if path.startswith("test/nodes/") else path
 
 
+@pytest.hookimpl(optionalhook=True)  # pytest-xdist may not be installed
 def pytest_xdist_make_scheduler(config, log):
-    """Let `--dist loadscope` keep together what `together` says.
+    """Let `--dist loadscope` keep tests of a group together.
 
-    Not marks and `--dist loadgroup`: from pytest 9.2 on, pytest-xdist 3.8 takes no notice of them.
+    `xdist_group` marks with `--dist loadgroup` would be the usual way, but pytest-xdist 3.8 ignores
+    them with pytest 9.2.
     """
     from xdist.scheduler import LoadScopeScheduling
 
-    class Together(LoadScopeScheduling):
+    class GroupScheduling(LoadScopeScheduling):
         def _split_scope(self, nodeid):
-            return together(nodeid)
+            return group_of(nodeid)
 
-    return Together(config, log) if config.getvalue("dist") == "loadscope" else None
+    return GroupScheduling(config, log) if config.getvalue("dist") == "loadscope" else None
 
 
 @pytest.hookimpl(tryfirst=True)

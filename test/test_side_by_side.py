@@ -60,14 +60,14 @@ import pytest
 @pytest.mark.parametrize("number", range(6))
 def test_one(number):
     said = Path(os.environ["SAID"]) / f"{Path(__file__).stem}_{number}"
-    said.write_text(os.environ["PYTEST_XDIST_WORKER"])
+    said.write_text(os.environ.get("PYTEST_XDIST_WORKER", ""))
 """
 FILES = ("core/test_a.py", "core/test_b.py", "nodes/test_live.py", "nodes/test_player.py")
 
 
-def test_a_file_is_of_one_process_and_so_are_all_that_keep_up_with_the_clock(tmp_path):
-    """With pytest-xdist itself, which has taken no notice of marks without a word."""
-    pytest.importorskip("xdist")
+@pytest.fixture
+def run_in_copy(tmp_path):
+    """Return a function that runs `FILES` beside a copy of conftest.py, and where they report."""
     said = tmp_path / "said"
     said.mkdir()
     for name in FILES:
@@ -76,15 +76,30 @@ def test_a_file_is_of_one_process_and_so_are_all_that_keep_up_with_the_clock(tmp
         file.write_text(ONE)
     (tmp_path / "test" / "conftest.py").write_text(CONFTEST.read_text())
     (tmp_path / "pytest.ini").write_text("[pytest]\naddopts = --import-mode=importlib\n")
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-n", "3", "--dist", "loadscope", "test"],
-        cwd=tmp_path, env=os.environ | {"SAID": str(said)}, capture_output=True, text=True,
-        timeout=120, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout
-    assert len(list(said.iterdir())) == 6 * len(FILES)
+
+    def run(*arguments):
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", *arguments, "test"],
+            cwd=tmp_path, env=os.environ | {"SAID": str(said)}, capture_output=True, text=True,
+            timeout=120, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert len(list(said.iterdir())) == 6 * len(FILES)
+        return said
+
+    return run
+
+
+def test_tests_of_a_group_run_in_one_process(run_in_copy):
+    """With pytest-xdist itself, which has ignored marks without a word."""
+    pytest.importorskip("xdist")
+    said = run_in_copy("-n", "3", "--dist", "loadscope")
     processes = {
         name: {one.read_text() for one in said.glob(f"{Path(name).stem}_*")} for name in FILES
     }
     assert all(len(some) == 1 for some in processes.values())
     assert processes["nodes/test_live.py"] == processes["nodes/test_player.py"]
+
+
+def test_tests_run_without_pytest_xdist(run_in_copy):
+    run_in_copy("-p", "no:xdist")
