@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.latency_evidence import TUNING as LATENCY_EVIDENCE
 from aerial_gnss_ros.core.filter.pose_lattice import STEP_S
+from aerial_gnss_ros.core.numerics.cubic_spline import spline_weights
 
 Array = NDArray[np.float64]
 
@@ -81,18 +82,15 @@ def posterior(
     """Return mean and sigma of the correction, s.
 
     Args:
-        corrections: (n,) candidates, in steps of `STEP_S`.
+        corrections: (n,) candidates, at least 4, in steps of `STEP_S`.
         costs: (n,) -2 log likelihoods of the images.
         prior: of the correction.
         compared: whether there are any images.
     """
-    from scipy.interpolate import CubicSpline  # takes long to import, and is seldom needed
-
     score = -0.5 * costs / CAUTION + prior.log_density(corrections)
-    fine: Array = np.linspace(
-        corrections[0], corrections[-1], TUNING.posterior_steps * (len(corrections) - 1) + 1
-    )
-    values = CubicSpline(corrections, score)(fine)
+    weights = spline_weights(len(corrections), TUNING.posterior_steps)
+    fine: Array = np.linspace(corrections[0], corrections[-1], len(weights))
+    values = weights @ score
     weight = np.exp(values - values.max())
     weight /= weight.sum()
     mean = float(weight @ fine)
