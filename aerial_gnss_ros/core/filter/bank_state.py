@@ -46,15 +46,15 @@ class ShownPlaces:
 
 @dataclass(frozen=True)
 class BoxFit:
-    """How a box differs from what is expected, before it is taken in.
+    """How m boxes differ from what is expected, before each is taken in.
 
     Attributes:
-        squared: (c,) normalised squared residual.
-        determinant: (c,) of the residual's covariance, px⁴.
+        squared: (c, m) normalised squared residuals.
+        determinants: (c, m) of the residuals' covariances, px⁴.
     """
 
     squared: Array
-    determinant: Array
+    determinants: Array
 
 
 class BankState:
@@ -111,7 +111,8 @@ class BankState:
         down = P[:, COMMON:].reshape(len(P), n, OWN, -1)
         down[:, :, :2] += seconds * down[:, :, 2:4]
         across = P[:, :, COMMON:].reshape(len(P), -1, n, OWN)
-        across[..., :2] += seconds * across[..., 2:4]
+        for axis in (0, 1):  # apart: numpy is slow where the innermost loop is over two
+            across[..., axis] += seconds * across[..., axis + 2]
         density = acceleration**2
         for slot in range(n):
             east = COMMON + OWN * slot
@@ -129,17 +130,16 @@ class BankState:
             box_keep: (c,) factor by which errors of boxes have decayed since the last image.
             box_variance: (c,) of these errors, px².
         """
-        x, P = self.mean, self.covariance
-        _clear(x, P, WHITE)
-        each = np.arange(WHITE.start, WHITE.stop)
-        P[:, each, each] = white
-        for slot in range(self.robots.shape[1]):
-            box = slice(COMMON + OWN * slot + 4, COMMON + OWN * (slot + 1))
-            x[:, box] *= box_keep[:, None]
-            P[:, box] *= box_keep[:, None, None]
-            P[:, :, box] *= box_keep[:, None, None]
-            for axis in (box.start, box.start + 1):
-                P[:, axis, axis] += (1.0 - box_keep**2) * box_variance
+        kept = np.ones_like(self.mean)
+        kept[:, WHITE] = 0.0
+        robots = kept[:, COMMON:].reshape(len(kept), -1, OWN)
+        robots[..., 4:] = box_keep[:, None, None]
+        self.mean *= kept
+        self.covariance *= kept[:, :, None] * kept[:, None]
+        variances = np.einsum("cii->ci", self.covariance)
+        variances[:, WHITE] = white
+        more = (1.0 - box_keep**2) * box_variance
+        variances[:, COMMON:].reshape(len(kept), -1, OWN)[..., 4:] += more[:, None, None]
 
     def add(self, shown: ShownPlaces) -> None:
         """Add a robot where a box shows it."""
@@ -191,38 +191,58 @@ class BankState:
         self.mean[some], self.covariance[some] = x, P
 
     def correct(
-        self, slot: int, residual: Array, by_common: Array, by_place: Array, noise: Array,
-        degrees: float,
+        self, slots: Sequence[int], residuals: Array, seen: Mask, by_common: Array,
+        by_place: Array, noise: Array, degrees: float,
     ) -> BoxFit:  # fmt: skip
-        """Take in the box of a robot, and return how it fitted.
+        """Take in the boxes of m robots, one after the other, and return how each fitted.
 
-        Its error has Student's t distribution: a box that fits badly counts less.
+        Their errors have Student's t distribution: a box that fits badly counts less. What a box
+        tells is carried to those after it; the whole covariance follows once, at the end.
 
         Args:
-            slot: of the robot.
-            residual: (c, 2) of the box where nothing but the mean is known, px.
-            by_common: (c, 2, 12) derivative of the pixel by platform's errors and white noise.
-            by_place: (c, 2, 2) by the robot's place.
-            noise: (c,) variance of the box beyond the error that is a state, px².
+            slots: (m,) of the robots.
+            residuals: (c, m, 2) of the boxes by the present mean, px.
+            seen: (c, m) whether a box is compared; the residuals of others are taken to be 0.
+            by_common: (c, m, 2, 12) derivatives of pixels by platform's errors and white noise.
+            by_place: (c, m, 2, 2) by the robots' places.
+            noise: (c,) variance of the boxes beyond the error that is a state, px².
             degrees: of freedom; large: a Gaussian.
         """
-        own, P = _places_of(slot), self.covariance
-        some = [*range(COMMON), own[0], own[1], own[4], own[5]]
-        box = np.broadcast_to(np.eye(2), by_place.shape)
-        by = np.concatenate([by_common, by_place, box], axis=2)
-        cross = by @ P[:, some]
-        spread = cross[:, :, some] @ by.swapaxes(1, 2)
-        spread[:, (0, 1), (0, 1)] += noise[:, None]
-        a, b, d = spread[:, 0, 0], spread[:, 0, 1], spread[:, 1, 1]
-        determinant = a * d - b * b
-        precision = np.stack([d, -b, -b, a], axis=1).reshape(-1, 2, 2)
-        precision /= determinant[:, None, None]
-        squared = np.einsum("ci,cij,cj->c", residual, precision, residual)
-        weight = np.minimum((degrees + 2.0) / (degrees + squared), 1.0)
-        gain = cross.swapaxes(1, 2) @ (weight[:, None, None] * precision)
-        self.mean += (gain @ residual[..., None])[..., 0]
-        P -= gain @ cross
-        return BoxFit(squared, determinant)
+        count, each = len(slots), np.arange(2 * len(slots))
+        by = self._by_state(slots, by_common, by_place)
+        told = by @ self.covariance
+        spread = told @ by.swapaxes(1, 2)
+        spread[:, each, each] += noise[:, None]
+        off = residuals.reshape(-1, 2 * count, 1).copy()
+        gains = np.empty_like(told)
+        squared, determinants = np.empty((2, len(told), count))
+        for i in range(count):
+            own, later = slice(2 * i, 2 * i + 2), slice(2 * i + 2, None)
+            precision, determinants[:, i] = _inverse(spread[:, own, own])
+            off[~seen[:, i], own] = 0.0
+            residual = off[:, own]
+            squared[:, i] = (residual.swapaxes(1, 2) @ precision @ residual)[:, 0, 0]
+            weight = np.minimum((degrees + 2.0) / (degrees + squared[:, i]), 1.0)
+            precision *= weight[:, None, None]
+            gains[:, own] = precision @ told[:, own]
+            carried = spread[:, later, own] @ precision
+            off[:, later] -= carried @ residual
+            told[:, later] -= carried @ told[:, own]
+            spread[:, later] -= carried @ spread[:, own]
+        gain = gains.swapaxes(1, 2)
+        self.mean += (gain @ off)[..., 0]
+        self.covariance -= gain @ told
+        return BoxFit(squared, determinants)
+
+    def _by_state(self, slots: Sequence[int], by_common: Array, by_place: Array) -> Array:
+        """Return the derivatives (c, 2 m, 12 + 6 n) of boxes by the whole state, see `correct`."""
+        by = np.zeros((*by_common.shape[:3], self.mean.shape[1]))
+        by[..., :COMMON] = by_common
+        for i, slot in enumerate(slots):
+            east = COMMON + OWN * slot
+            by[:, i, :, east : east + 2] = by_place[:, i]
+            by[:, i, :, east + 4 : east + 6] = np.eye(2)
+        return by.reshape(len(by), 2 * len(slots), -1)
 
     def symmetrise(self) -> None:
         """Take out what rounding adds up to over many images."""
@@ -232,6 +252,15 @@ class BankState:
 def _places_of(slot: int) -> NDArray[np.intp]:
     """Return the columns (6,) of a robot."""
     return np.arange(COMMON + OWN * slot, COMMON + OWN * (slot + 1))
+
+
+def _inverse(covariances: Array) -> tuple[Array, Array]:
+    """Return inverses (c, 2, 2) and determinants (c,) of planar covariances."""
+    a, b, d = covariances[:, 0, 0], covariances[:, 0, 1], covariances[:, 1, 1]
+    determinants = a * d - b * b
+    inverses = np.stack([d, -b, -b, a], axis=1).reshape(-1, 2, 2)
+    inverses /= determinants[:, None, None]
+    return inverses, determinants
 
 
 def _clear(mean: Array, covariance: Array, part: slice | NDArray[np.intp]) -> None:

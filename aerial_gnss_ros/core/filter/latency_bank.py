@@ -196,13 +196,13 @@ class LatencyBank:
         if interpolation is not None:
             white = white + self._level[:, None] * np.repeat(interpolation, each, axis=0)
         state.begin_image(white, _kept(passed, self._box_lasts_s), self._box)
-        optical = np.repeat(rotations @ FLU_FROM_OPTICAL, each, axis=0)
-        views = Views(np.repeat(positions, each, axis=0), optical)
+        optical = rotations @ FLU_FROM_OPTICAL
+        views = Views(np.repeat(positions, each, axis=0), np.repeat(optical, each, axis=0))
         axes = level_axes(rotations[len(rotations) // 2])
-        shown = partial(self._shown, now, views, axes)
+        shown = partial(self._shown, now, Views(positions, optical), axes)
         names = list(self._seen_ns)
         known = {name: names.index(name) for name in names if name in now.pixels}
-        fit = self._correct(now, known, shown, views, axes) if known else None
+        fit = self._correct(state, now, known, shown, views, axes) if known else None
         if anew is not None and anew.any():
             begins = np.repeat(anew, each)
             state.forget(begins, platform)
@@ -235,41 +235,39 @@ class LatencyBank:
                 self._seen_ns[name] = now.stamp_ns
 
     def _shown(self, now: BankObservation, views: Views, axes: Array, name: str) -> ShownPlaces:
-        """Return where a robot's box shows it."""
+        """Return where a robot's box shows it, which is the same under each hypothesis."""
         places, valid = views.places(now.camera, now.pixels[name][None])
         places = np.where(valid[..., None], places, 0.0)
         moved = by_pose(views.offsets(places))[:, 0]
         _, by_place, _, _ = views.projected(now.camera, places)
-        by_box = np.asarray(np.linalg.pinv(by_place[:, 0]), dtype=np.float64)
-        return ShownPlaces(places[:, 0], _common(moved, axes), by_box, self._box, valid[:, 0])
+        of_latency = places[:, 0], _common(moved, axes), np.linalg.pinv(by_place[:, 0]), valid[:, 0]
+        place, by_common, by_box, shows = (
+            np.repeat(one, len(HYPOTHESES), axis=0) for one in of_latency
+        )
+        return ShownPlaces(place, by_common, by_box, self._box, shows)
 
     def _correct(
-        self, now: BankObservation, known: dict[str, int], shown: Shown, views: Views, axes: Array
-    ) -> LatencyFit:
+        self, state: BankState, now: BankObservation, known: dict[str, int], shown: Shown,
+        views: Views, axes: Array,
+    ) -> LatencyFit:  # fmt: skip
         """Take in the boxes of known robots, given by their slots."""
-        state = self._state
-        assert state is not None  # noqa: S101 - `update` has begun it
-        before = state.robots[:, list(known.values()), :2].copy()
-        pixels, by_place, moved, seen = views.projected(now.camera, before)
+        slots = list(known.values())
+        robots = state.robots[:, slots]
+        pixels, by_place, moved, seen = views.projected(now.camera, robots[..., :2])
         by_common = _common(moved, axes)
+        expected = pixels + robots[..., 4:]
+        expected += (by_common @ state.mean[:, None, :COMMON, None])[..., 0]
+        residuals = np.array([now.pixels[name] for name in known]) - expected
         noise = TUNING.box_white * self._box
-        misfit, size = np.zeros((2, self._count * len(HYPOTHESES)))
-        lost = {}
+        given = residuals, seen, by_common, by_place, noise, TUNING.degrees
+        fit = state.correct(slots, *given)
+        costs = (TUNING.degrees + 2.0) * np.log1p(fit.squared / TUNING.degrees) - EXPECTED
+        misfit = np.where(seen, costs, TUNING.out_of_view_cost).sum(axis=1)
+        size = np.log(fit.determinants).sum(axis=1)
+        lost = seen & (fit.squared > TUNING.lost_squared)
         for i, (name, slot) in enumerate(known.items()):
-            robot = state.robots[:, slot]
-            expected: Array = pixels[:, i] + robot[:, 4:]
-            expected += (by_common[:, i] @ state.mean[:, :COMMON, None])[..., 0]
-            expected += (by_place[:, i] @ (robot[:, :2] - before[:, i])[..., None])[..., 0]
-            residual = np.where(seen[:, i, None], now.pixels[name] - expected, 0.0)
-            given = by_common[:, i], by_place[:, i], noise, TUNING.degrees
-            fit = state.correct(slot, residual, *given)
-            cost = (TUNING.degrees + 2.0) * np.log1p(fit.squared / TUNING.degrees) - EXPECTED
-            misfit += np.where(seen[:, i], cost, TUNING.out_of_view_cost)
-            size += np.log(fit.determinant)
-            lost[name] = seen[:, i] & (fit.squared > TUNING.lost_squared)
-        for name, where in lost.items():
-            if where.any():
-                state.restart(known[name], shown(name), where)
+            if lost[:, i].any():
+                state.restart(slot, shown(name), lost[:, i])
         return self._mixed(misfit, size, len(known))
 
     def _mixed(self, misfit: Array, size: Array, count: int) -> LatencyFit:

@@ -117,24 +117,48 @@ def test_boxes_one_after_the_other_tell_what_they_tell_together():
     rng = random(4)
     found = state(rng)
     size, noise = found.mean.shape[1], rng.uniform(0.1, 0.3, COUNT)
-    both, rows = rng.normal(size=(COUNT, 2, 2)), []
-    mean, covariance = found.mean.copy(), found.covariance.copy()
-    for slot in (0, 1):
-        common, place, row = measurement(rng, slot, size)
-        rows.append(row)
-        changed = (row @ (found.mean - mean)[..., None])[..., 0]
-        fit = found.correct(slot, both[:, slot] - changed, common, place, noise, GAUSSIAN)
-        if not slot:
-            spread = row @ covariance @ row.swapaxes(1, 2) + noise[:, None, None] * np.eye(2)
-            np.testing.assert_allclose(fit.determinant, np.linalg.det(spread))
-            told = np.linalg.solve(spread, both[:, 0, :, None])[..., 0]
-            np.testing.assert_allclose(fit.squared, np.sum(told * both[:, 0], axis=1))
+    both, mean, covariance = (
+        rng.normal(size=(COUNT, 2, 2)),
+        found.mean.copy(),
+        found.covariance.copy(),
+    )
+    common, place, rows = zip(*(measurement(rng, slot, size) for slot in (0, 1)), strict=True)
+    given = np.stack(common, axis=1), np.stack(place, axis=1), noise, GAUSSIAN
+    fit = found.correct([0, 1], both, np.ones((COUNT, 2), bool), *given)
+    spread = rows[0] @ covariance @ rows[0].swapaxes(1, 2) + noise[:, None, None] * np.eye(2)
+    np.testing.assert_allclose(fit.determinants[:, 0], np.linalg.det(spread))
+    told = np.linalg.solve(spread, both[:, 0, :, None])[..., 0]
+    np.testing.assert_allclose(fit.squared[:, 0], np.sum(told * both[:, 0], axis=1))
     row = np.concatenate(rows, axis=1)
     spread = row @ covariance @ row.swapaxes(1, 2) + noise[:, None, None] * np.eye(4)
     gain = covariance @ row.swapaxes(1, 2) @ np.linalg.inv(spread)
     residual = both.reshape(COUNT, 4, 1)
     np.testing.assert_allclose(found.mean, mean + (gain @ residual)[..., 0], atol=1e-9)
     np.testing.assert_allclose(found.covariance, covariance - gain @ row @ covariance, atol=1e-9)
+    sizes = fit.determinants.prod(axis=1)
+    np.testing.assert_allclose(sizes, np.linalg.det(spread))
+    squared = (residual.swapaxes(1, 2) @ np.linalg.solve(spread, residual))[:, 0, 0]
+    np.testing.assert_allclose(fit.squared.sum(axis=1), squared)
+
+
+def test_a_box_that_is_not_compared_takes_no_part_by_its_residual():
+    """It counts as if it were where it is expected, whatever the box before it tells."""
+    moved = []
+    for seen in (True, False):
+        rng = random(11)
+        found = state(rng)
+        size, residuals = found.mean.shape[1], rng.normal(size=(COUNT, 2, 2))
+        common, place, _ = zip(*(measurement(rng, slot, size) for slot in (0, 1)), strict=True)
+        before = found.mean.copy()
+        given = np.stack(common, axis=1), np.stack(place, axis=1), np.ones(COUNT), GAUSSIAN
+        fit = found.correct([0, 1], residuals, np.array([[True, seen]] * COUNT), *given)
+        moved.append(found.mean - before)
+    assert (fit.squared[:, 1] == 0.0).all()
+    alone = state(random(11))
+    given = common[0][:, None], place[0][:, None], np.ones(COUNT), GAUSSIAN
+    alone.correct([0], residuals[:, :1], np.ones((COUNT, 1), bool), *given)
+    np.testing.assert_allclose(moved[1], alone.mean - before, atol=1e-12)
+    assert not np.allclose(moved[0], moved[1])
 
 
 @pytest.mark.parametrize("size", [0.5, 20.0])
@@ -145,11 +169,12 @@ def test_a_box_that_fits_badly_counts_less(size):
         rng = random(5)
         found = state(rng)
         common, place, _ = measurement(rng, 0, found.mean.shape[1])
-        residual = np.full((COUNT, 2), size)
-        before = found.mean.copy()
-        fit = found.correct(0, residual, common, place, np.ones(COUNT), degrees)
+        residual = np.full((COUNT, 1, 2), size)
+        before, seen = found.mean.copy(), np.ones((COUNT, 1), bool)
+        given = common[:, None], place[:, None], np.ones(COUNT), degrees
+        fit = found.correct([0], residual, seen, *given)
         moved.append(found.mean - before)
-    weight = np.minimum(6.0 / (4.0 + fit.squared), 1.0)
+    weight = np.minimum(6.0 / (4.0 + fit.squared[:, 0]), 1.0)
     np.testing.assert_allclose(moved[0], weight[:, None] * moved[1], atol=1e-12)
     assert (weight < 1.0).all() or size < 1.0
 
