@@ -14,6 +14,7 @@ the likelihood of the mixture of these, each weighed by how well it predicted th
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -162,7 +163,8 @@ class LatencyBank:
     def reset(self) -> None:
         """Forget all robots."""
         self._seen_ns: dict[str, int] = {}  # in the order of the robots in the state
-        self._state: BankState | None = None
+        # A tuple: a snapshot shares what it holds, so an image is taken in by a copy.
+        self._state: tuple[BankState, ...] = ()
         self._odds: Array = np.zeros((self._count, len(HYPOTHESES)))
 
     def update(
@@ -185,9 +187,9 @@ class LatencyBank:
             interpolation: (h, 6) variances of the poses, see `Views`.
         """
         platform = self._level[:, None, None] * self._slow(now.fix_covariance)
-        if self._state is None:
-            self._state = BankState(platform, self._motion.speed_sigma)
-        state, each = self._state, len(HYPOTHESES)
+        first = BankState(platform, self._motion.speed_sigma)
+        state = copy.deepcopy(self._state[0]) if self._state else first
+        each = len(HYPOTHESES)
         self._forget(now.stamp_ns, state)
         if passed > 0.0:
             keep = _kept(passed, self._lasts_s)
@@ -211,6 +213,7 @@ class LatencyBank:
         self._seen_ns.update(dict.fromkeys(known, now.stamp_ns))
         self._begin(now, shown, state)
         state.symmetrise()
+        self._state = (state,)
         return fit
 
     def _slow(self, fix_covariance: Array | None) -> Array:

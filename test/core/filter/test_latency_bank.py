@@ -193,7 +193,7 @@ def test_robots_long_unseen_begin_anew_and_no_more_than_four_are_followed(sea):
     fresh = {name: five[name] for name in "eac"}
     assert seen(sea, found, TUNING.forget_s + 0.1, fresh) is None
     assert list(found._seen_ns) == list("bdea")
-    places = found._state.robots[0, :, :2] * METRE_PX
+    places = found._state[0].robots[0, :, :2] * METRE_PX
     assert -places[:, 1] == pytest.approx([20.0, 60.0, 80.0, 0.0])
 
 
@@ -203,7 +203,7 @@ def test_a_box_beside_the_water_begins_no_robot(sea):
     now = BankObservation(0, sea.camera, {"sky": at(0.0, -50.0), "sea": at(0.0, 50.0)})
     found.update(now, 0.0, np.array([[0.0, 0.0, HEIGHT_M]]), level)
     assert list(found._seen_ns) == ["sea"]
-    assert found._state.robots[0, 0, 0] == pytest.approx(HEIGHT_M * FOCAL_PX / 50.0, rel=1e-3)
+    assert found._state[0].robots[0, 0, 0] == pytest.approx(HEIGHT_M * FOCAL_PX / 50.0, rel=1e-3)
 
 
 def test_poses_between_samples_are_less_certain_by_as_much(sea):
