@@ -307,10 +307,12 @@ class _Swaying(MotionOf[Array]):
         self, seconds: float, unseen: Array, strength: Array | float = 1.0
     ) -> tuple[Array, Array | None, Array]:
         """Return reach, kept velocity and noise of a time step (see `MotionOf`)."""
-        reach, kept, noise = self._inner.step(seconds, unseen, strength)
         law = self._law
-        kept = np.ones(len(law)) if kept is None else kept
         sways, c = law.sway > 0.0, law.current
+        swims = unseen * ~sways
+        swims[c] = 0.0  # no image ever shows the current
+        reach, kept, noise = self._inner.step(seconds, swims, strength)
+        kept = np.ones(len(law)) if kept is None else kept
         keep = math.exp(-seconds / TUNING.sway_s)
         reach[sways], kept[sways] = 0.0, keep
         noise[sways] = 0.0, 0.0, (1.0 - keep * keep) * law.variance
