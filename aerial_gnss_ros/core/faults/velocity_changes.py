@@ -140,3 +140,25 @@ class VelocityChanges:
         sums[2:5] += expected - allowed, allowed, -allowed
         sums[5] = 0.0
         self._sums[:, slots] = sums
+
+
+class UnwatchedChanges(VelocityChanges):
+    """Keeps nothing: of robots in a law of which no rotation is suspected."""
+
+    def predict(self, seconds: float, stated: Array | float) -> None:
+        """Do nothing."""
+
+    def add(self, count: int) -> None:
+        """Do nothing."""
+
+    def drop(self, kept: NDArray[np.bool_]) -> None:
+        """Do nothing."""
+
+    def copy(self, other: VelocityChanges, slot: int) -> None:
+        """Do nothing."""
+
+    def note_inflation(self, slots: Indices | slice, variance: Array | float) -> None:
+        """Do nothing."""
+
+    def update(self, slots: Indices | slice, changes: Array, expected: Array) -> None:
+        """Do nothing."""

@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.faults.velocity_changes import UnwatchedChanges
 from aerial_gnss_ros.core.filter.state_arrays import Indices, StateArrays
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel
@@ -53,7 +54,7 @@ class JointState(StateArrays):
         """Have the robots and the distribution of another state, but suspect no rotation."""
         self.rows, self.unseen, self.ids = other.rows.copy(), other.unseen.copy(), other.ids
         self.own = other.own.copy()
-        self.velocity_changes.add(len(other))
+        self.velocity_changes = UnwatchedChanges()
         self.assume(other)
 
     def assume(self, other: JointState) -> None:
