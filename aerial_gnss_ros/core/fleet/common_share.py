@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betaincinv
 
 from aerial_gnss_ros.core.fleet.receivers import joint_prior
 from aerial_gnss_ros.core.models.platform_model import COUNT, GNSS
@@ -52,6 +51,8 @@ class CommonShare:
         self._stated = b""
         self._priors = np.zeros(0), np.zeros(0), np.zeros(0)
         if 0.0 < share < 1.0:
+            from scipy.special import betaincinv  # takes long to import, and only fleets need it
+
             middles = (np.arange(TUNING.count) + 0.5) / TUNING.count
             equally = betaincinv(2.0 * share, 2.0 - 2.0 * share, middles)
             self.shares = np.minimum(equally, TUNING.largest)

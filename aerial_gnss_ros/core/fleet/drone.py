@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.linearization import CameraView
@@ -20,6 +19,7 @@ from aerial_gnss_ros.core.georeferencing.measurements import EDGE
 from aerial_gnss_ros.core.models.camera_motion import CameraMotion
 from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.numerics.normal_law import normal_share
 
 Array = NDArray[np.float64]
 
@@ -117,6 +117,7 @@ class Drone:
         wide = np.sqrt(np.einsum("maa->ma", pixel)) + 1e-9
         size = np.array([camera.width, camera.height])
         edge = EDGE * float(size.min())
-        inside = ndtr((size - edge - pixels) / wide) - ndtr((edge - pixels) / wide)
+        far, near = (size - edge - pixels) / wide, (edge - pixels) / wide
+        inside = normal_share(far) - normal_share(near)
         found[seen] = np.maximum(inside, 0.0).prod(axis=1)
         return found

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
+
+from aerial_gnss_ros.core.numerics.normal_law import normal_share
 
 Array = NDArray[np.float64]
 
@@ -145,6 +146,6 @@ class AbsenceTimes:
         bumps = np.exp(-0.5 * off**2) @ weights / (math.sqrt(2.0 * math.pi) * SCALES[:, None])
         even = np.exp(-(time - TUNING.short_s) / self._mean_s)
         density = even / self._mean_s + bumps / time
-        left = even + ndtr(-off) @ weights
+        left = even + normal_share(-off) @ weights
         whole = 1.0 + float(weights.sum())
         return density / whole, left / whole
