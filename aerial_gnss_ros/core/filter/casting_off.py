@@ -154,8 +154,7 @@ class CastingOff:
         P[..., :2, :] -= followed @ P[..., :2, :]
         P[..., :2] -= P[..., :2] @ followed.swapaxes(2, 3)
         self.mean[slots], self.covariance[slots] = mean, 0.5 * (P + P.swapaxes(2, 3))
-        both = np.logaddexp.reduce([_with_moored(after), _with_moored(before)], axis=2)
-        return float((both[0] - both[1]).sum())
+        return float((_of_all(after) - _of_all(before)).sum())
 
     def gone(self, slot: int) -> tuple[Array, Array]:
         """Return the moments (4,) and (4, 4) of a robot in the modes in which it has left."""
@@ -172,14 +171,14 @@ class CastingOff:
             covariances: (m, 4, 4) of these.
         """
         logs = self.log_odds[slots]
-        shares = np.exp(logs - np.logaddexp.reduce(_with_moored(logs), axis=1)[:, None])
+        shares = np.exp(logs - _of_all(logs)[:, None])
         mean, covariance = _moments(shares, self.mean[slots], self.covariance[slots])
         return states + mean, covariances + covariance
 
 
-def _with_moored(log_odds: Array) -> Array:
-    """Return log odds (m, k + 1), those of the mode in which robots have not left first."""
-    return np.concatenate([np.zeros((len(log_odds), 1)), log_odds], axis=1)
+def _of_all(log_odds: Array) -> Array:
+    """Return log odds (m,) of all modes, also of the one in which robots have not left."""
+    return np.asarray(np.logaddexp(0.0, np.logaddexp.reduce(log_odds, axis=1)))
 
 
 def _moments(shares: Array, means: Array, covariances: Array) -> tuple[Array, Array]:

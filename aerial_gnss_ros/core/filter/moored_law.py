@@ -282,7 +282,8 @@ class MooredLaw(JointState):
         mean = robots.copy()
         mean[:, :2] += 0.5 * sway * robots[:, 2:]
         mean[:, 2:] += sway * (self.mean[c] - robots[:, 2:])
-        own, blocks = self.blocks(), self.blocks()
+        own = self.blocks()
+        blocks = own.copy()
         p, b = slice(0, 2), slice(2, 4)
         each = sway[:, None]
         half = 0.5 * each * own[:, p, b]

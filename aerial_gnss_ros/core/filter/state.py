@@ -294,8 +294,9 @@ def inverse_of_errors(covariance: Array) -> Array:
     rounding, which differs between machines.
     """
     sizes = np.sqrt(covariance.diagonal())
-    (unsure,) = np.nonzero(sizes)
-    each, inverse = np.ix_(unsure, unsure), np.zeros_like(covariance)
-    scales = np.outer(sizes[unsure], sizes[unsure])
-    inverse[each] = np.linalg.inv(covariance[each] / scales + 1e-7 * np.eye(len(unsure))) / scales
-    return inverse
+    scales = np.divide(1.0, sizes, out=np.zeros(len(sizes)), where=sizes > 0.0)
+    both = scales[:, None] * scales
+    correlations = covariance * both
+    correlations.reshape(-1)[:: len(sizes) + 1] += 1e-7
+    found: Array = np.linalg.inv(correlations) * both
+    return found

@@ -113,8 +113,9 @@ class Outcome:
         a = np.sqrt(self.spread[east, east])
         b = self.spread[east + 1, east] / a
         d = np.sqrt(self.spread[east + 1, east + 1] - b * b)
-        first = self.residual[:, 0] / a
-        white: Array = np.stack([first, (self.residual[:, 1] - b * first) / d], axis=1)
+        white = np.empty((m, 2))
+        white[:, 0] = self.residual[:, 0] / a
+        white[:, 1] = (self.residual[:, 1] - b * white[:, 0]) / d
         return white
 
     def given_others(self) -> tuple[Array, Array]:

@@ -53,6 +53,7 @@ def inverse(covariances: Array) -> Array:
     """
     a, b, d = covariances[..., 0, 0], covariances[..., 0, 1], covariances[..., 1, 1]
     determinant = np.maximum(a * d - b * b, 1e-24)
-    found: Array = np.stack([d, -b, -b, a], axis=-1).reshape(covariances.shape)
-    found /= determinant[..., None, None]
+    found = np.empty(covariances.shape)
+    found[..., 0, 0], found[..., 1, 1] = d / determinant, a / determinant
+    found[..., 0, 1] = found[..., 1, 0] = -b / determinant
     return found
