@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.estimation.snapshot import Plans, Snapshot
 from aerial_gnss_ros.core.filter import latency_bank
 from aerial_gnss_ros.core.filter.latency_bank import (
     HYPOTHESES,
@@ -195,6 +196,20 @@ def test_robots_long_unseen_begin_anew_and_no_more_than_four_are_followed(sea):
     assert list(found._seen_ns) == list("bdea")
     places = found._state[0].robots[0, :, :2] * METRE_PX
     assert -places[:, 1] == pytest.approx([20.0, 60.0, 80.0, 0.0])
+
+
+def test_an_image_that_failed_is_undone_by_a_snapshot(sea):
+    """It shares the state, which an image therefore never changes in place."""
+    found, fits = bank(2), []
+    for step in range(2):
+        seen(sea, found, STEP_S * step, {"a": at(), "b": at(90.0)}, (0.0, 1.0))
+    before = Snapshot((found,), Plans((SimpleNamespace,)))
+    for _ in range(2):
+        moved = {"a": at(40.0), "b": at(130.0)}
+        fits.append(seen(sea, found, 2.0 * STEP_S, moved, (0.0, 1.0), anew=np.array([True, False])))
+        before.restore()
+    np.testing.assert_array_equal(fits[0].misfit, fits[1].misfit)
+    np.testing.assert_array_equal(fits[0].size, fits[1].size)
 
 
 def test_a_box_beside_the_water_begins_no_robot(sea):
