@@ -46,20 +46,28 @@ def pytest_collection():
 
 IN_TURN = ("test_live.py", "test_player.py", "test_fleet.py")
 """Files of test/nodes whose programs have to keep up with the clock: never two of them at once."""
-LONGEST = ("nodes", "interfaces", "training", "test_install.py", "commands", "fuzz")
+LONGEST = (
+    "test_printed_sessions.py",
+    "nodes",
+    "interfaces",
+    "training",
+    "test_install.py",
+    "commands",
+    "fuzz",
+)
 """What begins first, so that no process waits for it at the end."""
 
 
 def group_of(nodeid: str) -> str:
     """Return the group of a test: one process runs all tests of a group.
 
-    A file is a group, so that its fixtures are made once. Tests of nodes mostly wait, and share
-    nothing: each is a group of its own, so that any process may take the next.
+    A file is a group, so that its fixtures are made once. Tests of nodes mostly wait, pages take
+    long, and both share nothing: each is a group of its own, so that any process takes the next.
     """
     path = nodeid.partition("::")[0]
     if path.rpartition("/")[2] in IN_TURN:
         return "in turn"
-    return nodeid if path.startswith("test/nodes/") else path
+    return nodeid if path.startswith(("test/nodes/", "test/test_printed_sessions.py")) else path
 
 
 @pytest.hookimpl(optionalhook=True)  # pytest-xdist may not be installed
