@@ -29,6 +29,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --disable-pip-version-check --quiet --use-pep517
 CREATED := $(VENV)/.created
 MESSAGES_INPUTS := $(wildcard interfaces/*.* interfaces/build_messages/*.py aerial_gnss_ros/bags/msg/*/msg/*.msg)
+INPUTS := setup.py setup.cfg pyproject.toml $(MESSAGES)
 READY := $(VENV)/.ready-to-run
 READY_DEV := $(VENV)/.ready-to-develop
 READY_DOCS := $(VENV)/.ready-to-document
@@ -100,15 +101,17 @@ $(VENV)/.messages: $(MESSAGES_INPUTS) | $(CREATED)
 	@touch $@
 
 # Editable: changed sources need no new installation, only changed dependencies do.
-$(READY): setup.py setup.cfg pyproject.toml $(MESSAGES) | $(CREATED)
+$(READY): $(INPUTS) | $(CREATED)
 	@echo "Installing the package and its dependencies: about a minute, once"
 	$(PIP) --editable $(PACKAGE)
 	@touch $@
 
-$(READY_DEV): $(READY)
+# Both contain all that READY does, and neither takes away from the other.
+$(READY_DEV): $(INPUTS) | $(CREATED)
+	@echo "Installing the package and what tests and checks it: about a minute, once"
 	$(PIP) --editable $(PACKAGE_DEV)
-	@touch $@
+	@touch $(READY) $@
 
-$(READY_DOCS): $(READY)
+$(READY_DOCS): $(INPUTS) | $(CREATED)
 	$(PIP) --editable $(PACKAGE_DOCS)
-	@touch $@
+	@touch $(READY) $@
