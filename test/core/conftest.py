@@ -135,7 +135,7 @@ def estimator(values: dict[str, object] | None = None) -> Estimator:
 
 
 def play(
-    engine, world, duration, *, begin=0.0, images=10, telemetry=20, until_flush=True, camera=CAMERA
+    engine, world, duration, *, begin=0.0, images=5, telemetry=20, until_flush=True, camera=CAMERA
 ):
     """Fly a world through an estimator as messages would come; return the results."""
     results = []

@@ -232,7 +232,7 @@ def test_in_a_short_pause_no_box_goes_to_a_robot_that_the_picture_shows_elsewher
     monkeypatch.setattr(_Pause, "end", 6.5)
     monkeypatch.setattr(_Pause, "arm", 0.6)
     world = _Pause.world(sea)
-    results = sea.play(sea.estimator(), world, 14.0)
+    results = sea.play(sea.estimator(), world, 14.0, images=10)
     before = next(_whose(world, r) for r in results if len(r.estimates) == 3)
     assert _whose(world, results[-1]) == before
 

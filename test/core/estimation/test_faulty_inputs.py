@@ -171,7 +171,7 @@ def test_first_fixes_far_away_are_outvoted_and_the_origin_moves(beginnings):
     flight = Flight(beginnings, "fix", change, begin=0.0, end=0.5, values=values)
     flight.check("fix", since=3.5)
     assert math.degrees(flight.results[-1].datum.latitude) == pytest.approx(13.194, abs=1e-3)
-    assert all(result.datum is None for result in flight.results[:30])
+    assert all(result.datum is None for result in flight.results[:15])
 
 
 def test_robots_found_from_a_wrong_place_are_given_up(beginnings):

@@ -19,6 +19,8 @@ from aerial_gnss_ros.core.values.rejection import Reason
 from aerial_gnss_ros.core.values.samples import Orientation, Scalar
 
 DAY = 86_400.0
+RATE = 5
+"""Images a second."""
 NEEDED = ("fix", "gimbal", "height", "detections")
 OTHERS = ("attitude", "camera_info", "water_level", "depth")
 ALL = (*NEEDED, *OTHERS)
@@ -29,7 +31,7 @@ NAMES = ["aqua_1", "aqua_2", "aqua_3"]
 class Player:
     """Plays a hover with all inputs into an estimator; stamps and the node's clock may be off."""
 
-    def __init__(self, sea, values=None, images=10, telemetry=20):
+    def __init__(self, sea, values=None, images=RATE, telemetry=20):
         robots = {name: (lambda _t, place=place: place) for name, place in ROBOTS.items()}
         self.sea, self.images, self.telemetry = sea, images, telemetry
         self.world = sea.World(robots=robots)
@@ -125,7 +127,7 @@ def test_one_wrong_stamp_renames_nobody(flown, name, off):
     before = flight.engine.inputs[name]
     flight.send(name, 3.0, off)
     flight.play(3.0).end()
-    assert flight.names(1.0) == [NAMES] * 50  # no image is lost either
+    assert flight.names(1.0) == [NAMES] * 5 * RATE  # no image is lost either
     assert flight.engine.happened == Counter()
     harmless = off < 0.0 and name in ("camera_info", "water_level", "depth")  # sent long ago
     assert flight.engine.inputs[name].bad - before.bad == (not harmless)
@@ -142,10 +144,10 @@ def test_one_input_with_wrong_stamps_for_5_s_renames_nobody(flown, name, off):
         assert flight.engine.inputs[name].state is InputState.BAD
         assert "its stamp is" in flight.engine.inputs[name].trouble
     flight.play(3.0, off={name: off}).play(4.0).end()
-    assert flight.names(12.0) == [NAMES] * 30
+    assert flight.names(12.0) == [NAMES] * 3 * RATE
     assert flight.engine.happened == Counter()
     if name in OTHERS:
-        assert flight.names(1.0) == [NAMES] * 140
+        assert flight.names(1.0) == [NAMES] * 14 * RATE
 
 
 @pytest.mark.parametrize("off", [1.0, 1.8])
@@ -157,7 +159,7 @@ def test_early_stamps_of_one_input_rename_nobody(flown, name, off):
     assert "s ahead of those before" in flight.engine.inputs[name].trouble
     flight.play(5.0).end()
     found = {e.robot_id for r in flight.results for e in r.estimates}
-    assert (found, flight.names(9.0)) == (set(NAMES), [NAMES] * 40)
+    assert (found, flight.names(9.0)) == (set(NAMES), [NAMES] * 4 * RATE)
 
 
 @pytest.mark.parametrize("off", [DAY, -DAY])
@@ -166,7 +168,7 @@ def test_a_wrong_first_stamp_costs_moments(player, name, off):
     flight = player()
     flight.send(name, 0.0, off)
     flight.play(3.0).end()
-    assert flight.names(1.0)[-20:] == [NAMES] * 20
+    assert flight.names(1.0)[-2 * RATE :] == [NAMES] * 2 * RATE
     assert {e.robot_id for r in flight.results for e in r.estimates} == set(NAMES)
 
 
@@ -189,8 +191,8 @@ def test_time_that_begins_anew_is_followed_within_a_second(player, telemetry, cl
     ) == clock  # else the node's clock shows what time passed
     stamps = [r.stamp_ns for r in flight.results]
     again = flight.results[stamps.index(flight.sea.stamp(0.0)) :]
-    assert len(again) == 40  # nothing of the new pass is lost
-    assert not any(r.rejections for r in again[:31])
+    assert len(again) == 4 * RATE  # nothing of the new pass is lost
+    assert not any(r.rejections for r in again[: 3 * RATE + 1])
     names = ["aqua_4", "aqua_5", "aqua_6"] if clock else NAMES
     assert [e.robot_id for e in again[-1].estimates] == names
     assert again[0].stamp_ns == flight.sea.stamp(0.0)
@@ -204,8 +206,8 @@ def test_a_clock_that_steps_for_all_is_followed(flown, hours, clock):
     seen = len(flight.results)
     flight.play(5.0, off=off, clock=3600.0 * hours if clock else 0.0).end()
     after = [r for r in flight.results[seen:] if abs(r.stamp_ns - flight.sea.stamp(7.5)) > 9e12]
-    assert len(after) == 50
-    assert sum(bool(r.rejections) for r in after) <= 10
+    assert len(after) == 5 * RATE
+    assert sum(bool(r.rejections) for r in after) <= RATE
     assert len(after[-1].estimates) == 3
 
 
@@ -215,7 +217,7 @@ def test_the_node_s_clock_alone_may_be_set(flown, step):
     flight.send("fix", 10.0, DAY)
     flight.play(2.0, clock=step).end()
     assert flight.engine.happened == Counter()
-    assert flight.names(6.0) == [NAMES] * 60
+    assert flight.names(6.0) == [NAMES] * 6 * RATE
 
 
 def test_telemetry_whose_clock_comes_right_is_used(player):
@@ -223,26 +225,27 @@ def test_telemetry_whose_clock_comes_right_is_used(player):
     flight = player().play(3.0, off={"fix": -DAY, "gimbal": -DAY})
     assert not any(r.estimates for r in flight.results)
     flight.play(4.0).end()
-    assert flight.names(4.0) == [NAMES] * 30
+    assert flight.names(4.0) == [NAMES] * 3 * RATE
     assert len(flight.reported("was set")) == 2
     assert flight.engine.happened == Counter()
 
 
 def test_images_whose_clock_comes_right_are_used(player):
     flight = player().play(4.0, off={"detections": -DAY}).play(4.0).end()
-    assert [[e.robot_id for e in r.estimates] for r in flight[-30:]] == [NAMES] * 30
+    late = flight[-3 * RATE :]
+    assert [[e.robot_id for e in r.estimates] for r in late] == [NAMES] * 3 * RATE
 
 
 def test_a_clock_that_stays_elsewhere_is_reported_as_such(flown):
     flight = flown(5.0).play(15.0, off={"detections": DAY}).end()
-    assert {one.reason for r in flight[-20:] for one in r.rejections} == {Reason.STALE_FIX}
+    assert {one.reason for r in flight[-2 * RATE :] for one in r.rejections} == {Reason.STALE_FIX}
 
 
 @pytest.mark.parametrize("name", NEEDED)
 def test_an_input_may_be_silent(flown, name):
     flight = flown(4.0).play(20.0, without=(name,)).play(4.0)
     results = flight.end()
-    assert {e.robot_id for r in results[-10:] for e in r.estimates} == set(NAMES)
+    assert {e.robot_id for r in results[-RATE:] for e in r.estimates} == set(NAMES)
     assert flight.engine.inputs[name].bad == 0
     assert flight.reported("refused: stamped") == []
 
@@ -319,7 +322,7 @@ def test_all_clocks_step_and_names_stay(player, sea, by, node):
     flight.play(4.0, off=dict.fromkeys(ALL, by), clock=clock, steady=70.0).end()
     after = [(r, seconds(sea, r) - by) for r in flight.results[before:]]
     after = [(r, t) for r, t in after if 4.3 < t < 9.0]
-    assert len(after) > 30
+    assert len(after) > 3 * RATE
     known = whose(flight, [(r, seconds(sea, r)) for r in flight.results[5:before]])
     assert [len(robots) for robots in known.values()] == [1, 1, 1]
     assert whose(flight, after) == known
@@ -352,7 +355,9 @@ def test_images_alone_lack_telemetry_of_their_time(flown):
     """Their arrival does not show it well enough."""
     flight = flown(5.0).play(15.0, off={"detections": DAY}, steady=0.0)
     flight.end()
-    assert {one.reason for r in flight.results[-20:] for one in r.rejections} == {Reason.STALE_FIX}
+    assert {one.reason for r in flight.results[-2 * RATE :] for one in r.rejections} == {
+        Reason.STALE_FIX
+    }
 
 
 def test_names_are_saved_as_they_are_stamped(player, tmp_path):

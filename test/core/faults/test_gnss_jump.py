@@ -148,7 +148,7 @@ def test_a_jump_that_no_robot_in_view_tells_of_is_in_their_covariances(sea, dive
         return
     own = {
         one.robot_id: min(robots.values(), key=lambda at, one=one: np.hypot(*(one.position - at)))
-        for one in before[60].estimates
+        for one in before[30].estimates
     }
     assert {one.robot_id for one in after[-1].estimates} == set(own)
     assert len(own) == 3

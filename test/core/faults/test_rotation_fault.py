@@ -233,7 +233,7 @@ def test_a_runaway_slower_than_robots_is_published_as_doubt(sea, axis, robots_a_
     monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=robots_a_law))
     world = sea.World(robots=ROBOTS, pixel_sigma=1.5)
     engine = sea.estimator({"noise.gnss_offset_m": 0.02})
-    before = sea.play(engine, world, 8.0, until_flush=False)
+    before = sea.play(engine, world, 8.0, images=10, until_flush=False)
     of = {
         e.robot_id: min(ROBOTS, key=lambda name: np.linalg.norm(e.position - ROBOTS[name](8.0)))
         for e in before[-1].estimates
@@ -251,7 +251,9 @@ def test_a_runaway_slower_than_robots_is_published_as_doubt(sea, axis, robots_a_
             bias = [0.0, 0.0, 0.0]
             bias[axis] = angle(i)
             world.rpy_bias_deg = tuple(bias)
-            parts[name] += sea.play(engine, world, 0.1, begin=begin + 0.2 * i, until_flush=False)
+            parts[name] += sea.play(
+                engine, world, 0.1, begin=begin + 0.2 * i, images=10, until_flush=False
+            )
         squares, sigmas = _squares(world, parts[name], sea, of)
         assert np.quantile(squares, 0.98) < 13.8  # one in a thousand, if the covariance is right
         parts[name] = sigmas

@@ -98,7 +98,7 @@ def dived(sea, up_m=0.0, heading_deg=0.0, dive_s=7.0, surface_s=10.0, back_s=99.
     world = sea.World(robots=robots, pixel_sigma=0.5)
     world.hidden = lambda _name, t: dive_s <= t < surface_s
     engine, height = sea.estimator(), world.height
-    before = sea.play(engine, world, 8.0, until_flush=False)
+    before = sea.play(engine, world, 8.0, images=10, until_flush=False)
     own = {
         one.robot_id: min(PLACES.values(), key=lambda at, one=one: np.hypot(*(one.position - at)))
         for one in before[60].estimates
@@ -114,7 +114,8 @@ def dived(sea, up_m=0.0, heading_deg=0.0, dive_s=7.0, surface_s=10.0, back_s=99.
         return gimbal(t)
 
     world.gimbal = orientation
-    return sea.play(engine, world, 6.0, begin=8.1), own, engine._pipeline.tracking
+    after = sea.play(engine, world, 6.0, begin=8.1, images=10)
+    return after, own, engine._pipeline.tracking
 
 
 @pytest.mark.parametrize(("up_m", "heading_deg"), [(4.0, 0.0), (-4.0, 0.0), (0.0, 25.0)])

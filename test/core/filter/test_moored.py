@@ -125,7 +125,7 @@ def test_predictions_cover_a_robot_that_casts_off_unseen(sea):
         for one in result.estimates if t > 20.0 else ():
             off = one.position - world.robots[named[one.robot_id]](t)
             sizes.append(float(off @ np.linalg.solve(one.covariance[:2, :2], off)))
-    assert len(sizes) == len(PLACES) * 120
+    assert len(sizes) == len(PLACES) * 60
     assert max(sizes) < 13.8
 
 

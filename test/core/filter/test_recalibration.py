@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -41,13 +42,14 @@ def _world(sea, late_s=0.0, **errors):
     )
 
 
-def _flown(sea, world, before, after, more=(), camera=None):
+def _flown(sea, world, before, after, more=(), camera=None, images=5):
     """Return the last robots, where the calibration of the middle of the flight is another one."""
     given, camera = {"noise.gnss_offset_m": 0.02, **dict(more)}, camera or sea.camera
     engine = sea.estimator({**given, **before})
-    first = sea.play(engine, world, CHANGED_S, until_flush=False, camera=camera)
+    play = partial(sea.play, engine, world, images=images, camera=camera)
+    first = play(CHANGED_S, until_flush=False)
     engine.reconfigure(estimator_config({**sea.origin, **given, **after}))
-    last = sea.play(engine, world, END_S - CHANGED_S, begin=CHANGED_S, camera=camera)
+    last = play(END_S - CHANGED_S, begin=CHANGED_S)
     names = [{one.robot_id for one in result.estimates} for result in (first[-1], last[-1])]
     assert names[0] == names[1] == {"aqua_1", "aqua_2", "aqua_3"}
     assert len({one.robot_id for result in last for one in result.estimates}) == 3
@@ -103,20 +105,20 @@ def test_a_large_change_is_no_jump_of_the_camera_and_a_latency_none_of_time(sea)
     values = {"noise.heading_deg": 30.0, "noise.gnss_offset_m": 0.5}
     world = _world(sea, rpy_bias_deg=(0.0, 0.0, -30.0))
     engine = sea.estimator(values)
-    sea.play(engine, world, CHANGED_S, until_flush=False)
+    sea.play(engine, world, CHANGED_S, images=10, until_flush=False)
     new = values | {"calibration.heading_deg": 30.0, "camera.latency_s": 0.05}
     engine.reconfigure(estimator_config({**sea.origin, **new}))
     joint = engine._pipeline.tracking.table.filter
     assert joint._pose_ns == sea.stamp(CHANGED_S - 0.05)
-    last = sea.play(engine, world, END_S - CHANGED_S, begin=CHANGED_S)[-1]
+    last = sea.play(engine, world, END_S - CHANGED_S, begin=CHANGED_S, images=10)[-1]
     assert {one.robot_id for one in last.estimates} == {"aqua_1", "aqua_2", "aqua_3"}
     assert "orientation_jumps" not in engine.happened
 
 
 def test_a_latency_that_was_estimated_stays_the_same_sum(sea):
     more, late = {"noise.latency_s": 0.2}, {"camera.latency_s": 0.2}
-    kept = _flown(sea, _world(sea, late_s=0.3), {}, {}, more)
-    changed = _flown(sea, _world(sea, late_s=0.3), {}, late, more)
+    kept = _flown(sea, _world(sea, late_s=0.3), {}, {}, more, images=10)
+    changed = _flown(sea, _world(sea, late_s=0.3), {}, late, more, images=10)
     for name, one in kept.items():
         assert math.dist(one.position[:2], changed[name].position[:2]) < 0.06
     assert max(_errors(changed)) < 0.15

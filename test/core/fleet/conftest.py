@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.geometry.frames import (
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.samples import Orientation
 from aerial_gnss_ros.simulation.boxes import DetectorPlan
-from aerial_gnss_ros.simulation.experiment import Experiment, default_camera
+from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.feeding import AHEAD_S, feed, feed_in_time
 from aerial_gnss_ros.simulation.flight import FlightPlan
 from aerial_gnss_ros.simulation.formation import Formation, together
@@ -127,20 +127,21 @@ def flown_by(estimator, receiver, sensors, images, duration):
 
 def fly(
     *, kind="hover", formation="opposite", count=2, share=0.5, noises=("consumer", "consumer"),
-    seed=1, robots=3, speed=0.0, places=None, duration=12.0, spoil=None, missed=0.0,
-    set_=None, **plan,
+    seed=1, robots=3, speed=0.0, places=None, duration=12.0, images=5.0, spoil=None,
+    missed=0.0, set_=None, **plan,
 ):  # fmt: skip
     """Fly several drones.
 
-    `spoil` changes the telemetry that an estimator gets, `set_` are parameters of all of them.
+    `images` are those a second, `spoil` changes the telemetry that an estimator gets, `set_` are
+    parameters of all of them.
     """
     plans = [sensor_plan(noise) for noise in noises[:count]]
 
     def first(flight, others):
         return Experiment(
-            flight, default_camera(1280, 720), plans[0], robots=robots, places=places,
-            swim=SwimPlan(speed, speed), detector=DetectorPlan(2.0, missed, 0.0), seed=seed,
-            others=others,
+            flight, default_camera(1280, 720), plans[0], CameraClock(images), robots=robots,
+            places=places, swim=SwimPlan(speed, speed), seed=seed, others=others,
+            detector=DetectorPlan(2.0, missed, 0.0),
         )  # fmt: skip
 
     flown = FlightPlan(kind=kind, duration_s=duration, **plan)

@@ -33,7 +33,7 @@ def test_a_drone_with_a_wrong_compass_is_named_alone_and_does_no_harm(fleet_of, 
     def spoil(name, estimator):
         return turned(estimator, math.radians(10.0)) if name == wrong else estimator
 
-    flown = fleet_of(noises=("rtk", "rtk"), seed=15, duration=10.0, spoil=spoil)
+    flown = fleet_of(noises=("rtk", "rtk"), seed=15, images=10.0, duration=10.0, spoil=spoil)
     fleet, updates = flown.together()
     first, last = named(updates)
     assert [*first] == [wrong]
@@ -54,7 +54,7 @@ def test_a_compass_that_fails_in_flight_is_named(fleet_of, turned):
     def spoil(name, estimator):
         return turned(estimator, math.radians(10.0), 6.0) if name == "b" else estimator
 
-    flown = fleet_of(noises=("rtk", "rtk"), seed=16, duration=14.0, spoil=spoil)
+    flown = fleet_of(noises=("rtk", "rtk"), seed=16, images=10.0, duration=14.0, spoil=spoil)
     _, updates = flown.together()
     first, last = named(updates)
     assert last == {"a": "", "b": "compass"}
@@ -67,9 +67,11 @@ def test_with_two_poor_receivers_a_wrong_compass_is_either_s(fleet_of, turned):
     def spoil(name, estimator):
         return turned(estimator, math.radians(10.0)) if name == "b" else estimator
 
-    right = fleet_of(noises=("consumer", "consumer"), seed=18, duration=12.0)
+    right = fleet_of(noises=("consumer", "consumer"), seed=18, images=10.0, duration=12.0)
     assert named(right.together()[1]) == ({}, {"a": "", "b": ""})
-    wrong = fleet_of(noises=("consumer", "consumer"), seed=18, duration=12.0, spoil=spoil)
+    wrong = fleet_of(
+        noises=("consumer", "consumer"), seed=18, images=10.0, duration=12.0, spoil=spoil
+    )
     first, last = named(wrong.together()[1])
     assert {*first} == {"a", "b"}
     assert max(first.values()) < 10.0
@@ -80,7 +82,7 @@ def test_with_two_drones_a_wrong_receiver_is_either_s(fleet_of, shifted):
     def spoil(name, estimator):
         return shifted(estimator, 10.0) if name == "b" else estimator
 
-    flown = fleet_of(noises=("rtk", "rtk"), seed=17, duration=8.0, spoil=spoil)
+    flown = fleet_of(noises=("rtk", "rtk"), seed=17, images=10.0, duration=8.0, spoil=spoil)
     _, updates = flown.together()
     first, last = named(updates)
     assert {*first} == {"a", "b"}

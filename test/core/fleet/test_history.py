@@ -222,7 +222,7 @@ def test_it_can_begin_again_with_another_fleet():
 @pytest.fixture(scope="module")
 def thinned(fleet_of):
     """Two drones with every third image, the sightings as sent, and the fleet without losses."""
-    flown = fleet_of(duration=6.0, seed=5)
+    flown = fleet_of(duration=6.0, images=10.0, seed=5)
     told = [
         SentSighting(name, 1, number, 0, seen)
         for name, of in flown.sightings.items()

@@ -100,9 +100,9 @@ def scene_s(seen):
 
 @pytest.fixture(scope="module")
 def flight(fleet_of):
-    """Two drones for 80 s, as `Flown`, and their sightings, thinned to two a second."""
-    made = fleet_of(kind="orbit", duration=LASTED_S, seed=12, speed=0.3, height_m=30.0)
-    return made, {name: of[:: 5 if name == "a" else 4] for name, of in made.sightings.items()}
+    """Two drones for 80 s, as `Flown`, and their sightings, thinned to one a second."""
+    made = fleet_of(kind="orbit", duration=LASTED_S, images=2.0, seed=12, speed=0.3, height_m=30.0)
+    return made, {name: of[::2] for name, of in made.sightings.items()}
 
 
 def joined(flight, **trouble):
@@ -138,7 +138,7 @@ def joined(flight, **trouble):
 def test_the_flight_is_as_long_as_it_says(flight):
     for of in flight[1].values():
         assert scene_s(of[0]) < 2.0
-        assert scene_s(of[-1]) > LASTED_S - 1.0
+        assert scene_s(of[-1]) > LASTED_S - 1.5
 
 
 @pytest.fixture(scope="module")
@@ -152,11 +152,11 @@ def lossless(flight):
 @pytest.mark.parametrize(
     ("trouble", "dropped"),
     [
-        ({"loss": 0.3}, 40),
+        ({"loss": 0.3}, 20),
         ({"delay_s": 2.0}, 0),
-        ({"gone_s": (10.0, 70.0)}, 100),
-        ({"loss": 0.3, "twice": 0.3, "delay_s": 1.0, "jitter_s": 1.5}, 40),
-        ({"loss": 0.3, "delay_s": 2.0, "gone_s": (15.0, 60.0)}, 100),
+        ({"gone_s": (10.0, 70.0)}, 50),
+        ({"loss": 0.3, "twice": 0.3, "delay_s": 1.0, "jitter_s": 1.5}, 20),
+        ({"loss": 0.3, "delay_s": 2.0, "gone_s": (15.0, 60.0)}, 50),
     ],
     ids=["30 % lost", "2 s late", "60 s outage", "reordered and repeated", "all of it"],
 )
@@ -178,5 +178,5 @@ def test_after_catching_up_all_is_as_over_a_perfect_link(flight, lossless, troub
 
 def test_what_is_gone_for_longer_is_lost_and_counted(flight):
     shore, result, _ = joined(flight, gone_s=(5.0, 76.0))
-    assert 0 < shore.links["b"].gaps.lost < 60
+    assert 0 < shore.links["b"].gaps.lost < 30
     assert len(result.estimates) == 3

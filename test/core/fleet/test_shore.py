@@ -34,7 +34,7 @@ class Clock:
 @pytest.fixture(scope="module")
 def flown(fleet_of):
     """Two drones with every second image as sent, and the first one's origin."""
-    made = fleet_of(duration=5.0, seed=8)
+    made = fleet_of(duration=5.0, images=10.0, seed=8)
     boxes = {name: Outbox(name) for name in made.sightings}
     sent = {name: [boxes[name].add(s) for s in of[::2]] for name, of in made.sightings.items()}
     origin = made.made["a"].flight.origin

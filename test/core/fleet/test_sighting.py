@@ -85,7 +85,7 @@ def test_a_drone_that_begins_to_estimate_its_latency_still_tells_what_it_sees(fl
     late = {"camera.latency_s": 1.0, "camera.find_latency": True}
     flown = fleet_of(kind="orbit", count=1, noises=("rtk",), seed=3, duration=20.0, set_=late)
     seen = flown.sightings["a"]
-    assert len(seen) > 190
+    assert len(seen) > 95
     last = seen[-1]
     assert 1e-9 * abs(last.stamp_ns - last.pose.stamp_ns) < 0.05
     assert len([label for label in last.labels if label]) == 3

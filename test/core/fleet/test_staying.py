@@ -51,11 +51,11 @@ def test_what_stays_makes_all_drones_more_precise(orbit):
 
 def test_a_fleet_that_goes_back_gives_the_same_again(orbit):
     fleet, sightings = finding(orbit), told(orbit)
-    for name, seen in sightings[:300]:
+    for name, seen in sightings[:150]:
         fleet.update(name, seen)
     again = copy.deepcopy(fleet)
     for one in (fleet, again):
-        for name, seen in sightings[300:400]:
+        for name, seen in sightings[150:200]:
             update = one.update(name, seen)
         last = update.estimates if one is fleet else last  # noqa: F821 - set in the first round
     assert [repr(one) for one in update.estimates] == [repr(one) for one in last]
@@ -72,11 +72,11 @@ def test_robots_that_swim_are_published_as_if_nobody_asked(fleet_of):
 
 def test_a_receiver_that_jumps_makes_it_begin_anew(orbit):
     fleet, sightings = finding(orbit), told(orbit)
-    for name, seen in sightings[:300]:
+    for name, seen in sightings[:150]:
         fleet.update(name, seen)
     before = fleet.staying.law
     assert before is not None
-    name, seen = sightings[300]
+    name, seen = sightings[150]
     fleet.update(name, replace(seen, believed=seen.believed + 5.0))
     assert fleet.staying.law is not before
     assert fleet.staying.weights()[1] < 0.01
@@ -89,7 +89,7 @@ def test_a_robot_that_the_other_drone_shows_is_not_missed(orbit):
     for name, seen in told(orbit):
         estimates = fleet.update(name, seen).estimates
         fleet_sigmas[name].append(np.mean([one.sigma for one in estimates] or [0.0]))
-    a, b = (np.mean(of[-50:]) for of in fleet_sigmas.values())
+    a, b = (np.mean(of[-25:]) for of in fleet_sigmas.values())
     assert a == pytest.approx(b, rel=0.05)
     assert max(a, b) < 0.75 * np.mean([one.sigma for one in swimming])
     later = fleet.predicted(seen.stamp_ns + 2 * 10**9)

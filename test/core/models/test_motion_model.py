@@ -55,7 +55,7 @@ def test_a_boat_may_be_faster_than_other_robots(sea):
 
 def test_a_class_may_be_slower_than_other_robots(sea):
     engine = sea.estimator({"tracks.max_speed": 5.0, "classes.boat.max_speed": 1.0})
-    sea.play(engine, classed(sea), 8.0)
+    sea.play(engine, classed(sea), 8.0, images=10)
     assert engine.counts[Reason.TOO_FAST] > 10
 
 

@@ -105,7 +105,7 @@ def test_a_box_that_is_never_seen_again_is_refused_with_its_own_stamp_and_pixel(
         else sea.boxes(1.0, [[100.0, 600.0], *frame(t).centers.tolist()])
     )
     engine = sea.estimator()
-    results = sea.play(engine, world, 5.0)
+    results = sea.play(engine, world, 5.0, images=10)
     (late,) = [one for result in results for one in result.late]
     assert (late.stamp_ns, late.u_px, late.v_px) == (sea.stamp(1.0), 100.0, 600.0)
     assert (late.reason, late.cause) == (Reason.UNCONFIRMED, Cause.TOO_FEW_IMAGES)
@@ -137,8 +137,8 @@ def test_a_recording_that_ends_leaves_nothing_undecided(sea):
 
 def test_a_restart_of_time_decides_what_was_pending(sea):
     engine, world = sea.estimator(), sea.World(robots=STILL)
-    sea.play(engine, world, 0.1, begin=100.0, until_flush=False)
-    sea.play(engine, world, 1.0, begin=0.0)
+    sea.play(engine, world, 0.1, begin=100.0, images=10, until_flush=False)
+    sea.play(engine, world, 1.0, begin=0.0, images=10)
     assert engine.causes == {Cause.CUT_SHORT: 4}
     assert engine.boxes == engine.used + engine.counts.total()
 

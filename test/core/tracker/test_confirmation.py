@@ -38,11 +38,11 @@ def test_images_full_of_false_boxes_confirm_none_of_them(sea):
     engine = sea.estimator()
     world = sea.World(robots={"a": _place, "b": lambda _t: (-3.0, 20.0)}, pixel_sigma=1.0)
     world.hidden = lambda name, t: name == "b" and t < 1.05
-    sea.play(engine, world, 1.0, until_flush=False)
+    sea.play(engine, world, 1.0, images=10, until_flush=False)
     world.clutter = 500.0
-    results = sea.play(engine, world, 0.5, begin=1.1, until_flush=False)
+    results = sea.play(engine, world, 0.5, begin=1.1, images=10, until_flush=False)
     world.clutter = 0.0
-    results += sea.play(engine, world, 1.0, begin=1.7)
+    results += sea.play(engine, world, 1.0, begin=1.7, images=10)
     names = [[one.robot_id for one in result.estimates] for result in results]
     assert names[0] == ["aqua_1"]
     assert names[-6:] == [["aqua_1", "aqua_2"]] * 6

@@ -191,7 +191,7 @@ def test_a_name_does_not_alternate_while_two_divers_are_distinguished(sea, stays
 
 def test_a_robot_unseen_for_too_long_is_lost_and_its_name_used_up(sea):
     world = sea.World(robots={"a": CROSSING["c"]}, hidden=lambda _n, t: 3.0 < t < 15.0)
-    results = sea.play(sea.estimator({"tracks.coast_s": 5.0}), world, 18.0)
+    results = sea.play(sea.estimator({"tracks.coast_s": 5.0}), world, 18.0, images=10)
     at = {round((r.stamp_ns - sea.stamp(0)) * 1e-9, 1): r.estimates for r in results}
     assert [e.robot_id for e in at[7.9]] == ["aqua_1"]
     assert at[8.2] == ()
