@@ -14,6 +14,8 @@ import pytest
 from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.values.samples import Scalar
 
+pytestmark = pytest.mark.flights
+
 NO_ORIGIN = {"map.latitude_deg": math.nan, "map.longitude_deg": math.nan}
 ROBOTS = {"a": (3.0, 22.0), "b": (-12.0, 25.0), "c": (14.0, 34.0)}
 BEGIN_S, END_S, LASTS_S = 9.0, 14.0, 20.0

@@ -15,6 +15,8 @@ import pytest
 from aerial_gnss_ros.core.filter import blocks
 from aerial_gnss_ros.core.values.estimates import State
 
+pytestmark = pytest.mark.flights
+
 ROBOTS = {
     "a": lambda _t: (2.0, 21.0),
     "b": lambda _t: (-4.0, 12.0),

@@ -18,6 +18,8 @@ from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Reason
 from aerial_gnss_ros.core.values.samples import Orientation, Scalar
 
+pytestmark = pytest.mark.flights
+
 DAY = 86_400.0
 RATE = 5
 """Images a second."""

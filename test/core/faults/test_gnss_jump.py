@@ -10,6 +10,8 @@ import pytest
 from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector
 from aerial_gnss_ros.core.values.events import Events
 
+pytestmark = pytest.mark.flights
+
 
 def fly(easts):
     """Positions each 0.1 s of a drone that hovers, but for jumps; the decision of each image."""

@@ -20,6 +20,8 @@ from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
 
+pytestmark = pytest.mark.flights
+
 PLACES = np.array([[4.0, 18.0, -30.0], [-6.0, 22.0, -30.0], [1.0, 30.0, -30.0]])
 BY_ANGLES = pose_jacobian(PLACES)[:, :, 3:]
 

@@ -9,6 +9,8 @@ import math
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.flights
+
 PLACES = {"a": (-6.0, 17.0), "b": (5.0, 18.0), "c": (1.0, 26.0)}
 HEIGHT_M = 30.0
 

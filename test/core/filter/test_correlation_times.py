@@ -13,6 +13,8 @@ import pytest
 
 from aerial_gnss_ros.core.filter.correlation_times import TUNING
 
+pytestmark = pytest.mark.flights
+
 PLACES = {"a": (2.0, 32.0), "b": (-6.0, 27.0), "c": (7.0, 25.0)}
 SIGMA_DEG = np.array([0.4, 0.4, 1.5])
 STEP_S = 0.05

@@ -23,6 +23,8 @@ from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
 from aerial_gnss_ros.simulation.robots import SwimPlan
 from aerial_gnss_ros.simulation.sensors import START_NS, sensor_plan
 
+pytestmark = pytest.mark.flights
+
 STATED = {"noise.gnss_offset_m": 0.02, "noise.robot_acceleration": 0.01}
 ROBOTS = {"a": lambda _t: (2.0, 18.0), "b": lambda _t: (-3.0, 22.0), "c": lambda _t: (6.0, 24.0)}
 

@@ -66,6 +66,7 @@ def _errors(robots):
     return [away for away, _ in found]
 
 
+@pytest.mark.flights
 @pytest.mark.parametrize(
     ("values", "errors"),
     [
@@ -88,6 +89,7 @@ def test_robots_are_where_they_would_be_with_the_calibration_from_the_start(sea,
         assert spread[1] == pytest.approx(spread[0], rel=0.1)
 
 
+@pytest.mark.flights
 def test_a_latency_or_focal_length_that_was_wrong_leaves_no_trace(sea):
     fx = 900.0 / 1.05
     info = (1280, 720, "plumb_bob", [], [fx, 0, 640.0, 0, fx, 360.0, 0, 0, 1.0])
@@ -101,6 +103,7 @@ def test_a_latency_or_focal_length_that_was_wrong_leaves_no_trace(sea):
     assert max(_errors(_flown(sea, _world(sea, late_s=0.15), {}, {}))) > 0.25
 
 
+@pytest.mark.flights
 def test_a_large_change_is_no_jump_of_the_camera_and_a_latency_none_of_time(sea):
     values = {"noise.heading_deg": 30.0, "noise.gnss_offset_m": 0.5}
     world = _world(sea, rpy_bias_deg=(0.0, 0.0, -30.0))
@@ -115,6 +118,7 @@ def test_a_large_change_is_no_jump_of_the_camera_and_a_latency_none_of_time(sea)
     assert "orientation_jumps" not in engine.happened
 
 
+@pytest.mark.flights
 def test_a_latency_that_was_estimated_stays_the_same_sum(sea):
     more, late = {"noise.latency_s": 0.2}, {"camera.latency_s": 0.2}
     kept = _flown(sea, _world(sea, late_s=0.3), {}, {}, more, images=10)

@@ -14,6 +14,8 @@ from aerial_gnss_ros.core.fleet.fault import FAULTS, Suspicion
 from aerial_gnss_ros.core.fleet.fault_search import FaultSearch
 from aerial_gnss_ros.simulation.sensors import START_NS
 
+pytestmark = pytest.mark.flights
+
 SECOND = 1_000_000_000
 
 

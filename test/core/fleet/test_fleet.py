@@ -16,6 +16,8 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.core.values.estimates import MapDatum, State
 
+pytestmark = pytest.mark.flights
+
 
 @pytest.mark.parametrize(
     ("kind", "speed", "missed"), [("hover", 0.0, 0.0), ("orbit", 0.3, 0.0), ("hover", 0.4, 0.3)]

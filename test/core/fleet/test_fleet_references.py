@@ -22,6 +22,8 @@ from aerial_gnss_ros.core.references.candidates import Expected
 from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 from aerial_gnss_ros.simulation.sensors import START_NS
 
+pytestmark = pytest.mark.flights
+
 PIER, OURS = 0, 4
 """Robots of which only drone a, or only drone b, has boxes."""
 

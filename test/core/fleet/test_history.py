@@ -17,6 +17,8 @@ from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.core.fleet.history import FAILED, TOO_LATE, TUNING, History
 from aerial_gnss_ros.core.fleet.outbox import SentSighting
 
+pytestmark = pytest.mark.flights
+
 SECOND_NS = 10**9
 BEGIN_NS = 1_700_000_000 * SECOND_NS
 

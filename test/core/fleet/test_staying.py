@@ -13,6 +13,8 @@ import pytest
 from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.simulation.sensors import START_NS
 
+pytestmark = pytest.mark.flights
+
 
 def told(flown):
     """Return all sightings in order, with the drone."""

@@ -20,6 +20,8 @@ from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.samples import Fix
 
+pytestmark = pytest.mark.flights
+
 OFF = (1.5, -1.1)
 """What the drone's receiver is wrong by, m: usual for a consumer one."""
 PIER = (4.0, 18.0)

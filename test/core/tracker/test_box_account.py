@@ -16,6 +16,8 @@ from aerial_gnss_ros.core.tracker.box_account import BoxAccount, complaint
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.rejection import Cause, Reason
 
+pytestmark = pytest.mark.flights
+
 STILL = {"a": lambda _t: (-3.0, 18.0), "b": lambda _t: (3.0, 18.0)}
 
 

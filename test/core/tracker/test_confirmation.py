@@ -16,6 +16,8 @@ from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.estimates import State
 
+pytestmark = pytest.mark.flights
+
 
 def _place(_t):
     """Return where a robot stays, m."""

@@ -11,6 +11,8 @@ import pytest
 from aerial_gnss_ros.core.config.processing import TracksConfig
 from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
 
+pytestmark = pytest.mark.flights
+
 SECOND = 1_000_000_000
 
 

@@ -14,6 +14,8 @@ from aerial_gnss_ros.core.georeferencing.size_fit import SizeSums
 from aerial_gnss_ros.core.tracker.size_evidence import TUNING, chance_of_size, expected_specks
 from aerial_gnss_ros.core.values.rejection import Cause, Reason
 
+pytestmark = pytest.mark.flights
+
 SECOND = 1_000_000_000
 
 

@@ -12,6 +12,8 @@ import pytest
 from aerial_gnss_ros.core.tracker.transients import TUNING, Transients
 from aerial_gnss_ros.core.values.estimates import State
 
+pytestmark = pytest.mark.flights
+
 SECOND = 1_000_000_000
 
 
