@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -180,6 +181,8 @@ def cases() -> list[Case]:
 
 
 _clean: dict[tuple[str, int, str, str], list[Row]] = {}
+_begun: dict[tuple[str, int, str, str], tuple[Run, int]] = {}
+"""Flights until a second before most faults begin, and how many messages that are."""
 
 
 def clean_rows(case: Case, kind: str, seed: int) -> list[Row]:
@@ -187,7 +190,11 @@ def clean_rows(case: Case, kind: str, seed: int) -> list[Row]:
     key = kind, seed, case.aboard, case.sees
     if key not in _clean:
         flight = flown(*key)
-        run = Run(flight, case.stated).fly(list(flight.items))
+        until_ns = START_NS + round((BEGIN_S - 1.0) * 1e9)
+        count = sum(item.arrival_ns < until_ns for item in flight.items)
+        run = Run(flight, case.stated).fly(list(flight.items[:count]), ends=False)
+        _begun[key] = run.again(), count
+        run.fly(list(flight.items[count:]))
         if run.died or len({row.name for row in rows_of(flight, run.results)}) < ROBOTS:
             raise RuntimeError(f"the {kind} of seed {seed} fails without a fault: {run.died}")
         _clean[key] = rows_of(flight, run.results)
@@ -197,6 +204,12 @@ def clean_rows(case: Case, kind: str, seed: int) -> list[Row]:
 def fly(case: Case, kind: str, seed: int) -> tuple[Verdict, Run]:
     """Fly a case and judge it."""
     clean = clean_rows(case, kind, seed)
-    flight = flown(kind, seed, case.aboard, case.sees)
-    run = Run(flight, case.stated | case.wrong).fly(case.items(flight, seed))
+    key = kind, seed, case.aboard, case.sees
+    flight, (begun, count) = flown(*key), _begun[key]
+    items = case.items(flight, seed)
+    same = len(items) >= count and all(map(operator.is_, items[:count], flight.items))
+    if same and not case.wrong and case.sees == "detections":
+        run = begun.again().fly(items[count:])
+    else:
+        run = Run(flight, case.stated | case.wrong).fly(items)
     return judged(rows_of(flight, run.results), clean, case.begin_s, case.end_s), run

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -179,16 +180,28 @@ class Run:
         died: the exception that ended it, empty where none did.
     """
 
-    def __init__(self, flight: Flown, stated: dict[str, object] | None = None) -> None:
+    def __init__(
+        self,
+        flight: Flown,
+        stated: dict[str, object] | None = None,
+        engine: Estimator | None = None,
+    ) -> None:
         config = estimator_config(stated or {})
-        self.engine = Estimator(config)
+        self.engine = engine or Estimator(config)
+        self._given = flight, stated
         self.results: list[tuple[float, FrameResult]] = []
         self.died = ""
         feed = Feed(config, self.engine)
         self._handles = {one.name: one.handle for one in feed.subscriptions}
         self._images = ImageDetector(_Reader(flight.boxes), "camera/image_raw", "camera_info")
 
-    def fly(self, items: list[Item]) -> Run:
+    def again(self) -> Run:
+        """Return a copy that goes on by itself; not of a flight with images."""
+        other = Run(*self._given, copy.deepcopy(self.engine))
+        other.results = list(self.results)
+        return other
+
+    def fly(self, items: list[Item], *, ends: bool = True) -> Run:
         """Hand over all messages; an exception ends it, as it would end the program."""
         now = 0
         try:
@@ -196,7 +209,8 @@ class Run:
                 now = item.arrival_ns
                 self._handle(item)
                 self._keep(now, self.engine.advance(now))
-            self._keep(now, self.engine.flush())
+            if ends:
+                self._keep(now, self.engine.flush())
         except Exception as error:  # noqa: BLE001 - whatever it is, it is what is looked for
             self.died = f"{type(error).__name__}: {error} at {_seconds(now):.2f} s"
         return self
