@@ -44,8 +44,10 @@ def pytest_collection():
     gc.enable()
 
 
-IN_TURN = ("test_live.py", "test_player.py", "test_fleet.py")
-"""Files of test/nodes whose programs have to keep up with the clock: never two of them at once."""
+IN_TURN = tuple(f"test/nodes/test_{name}.py" for name in ("live", "player", "fleet"))
+"""Files whose programs have to keep up with the clock: never two of them at once."""
+APART = ("test/nodes/", "test/test_printed_sessions.py", "test/training/test_curriculum.py")
+"""Tests that mostly wait or take long, and share nothing: any process may take the next."""
 LONGEST = (
     "test_printed_sessions.py",
     "nodes",
@@ -61,13 +63,12 @@ LONGEST = (
 def group_of(nodeid: str) -> str:
     """Return the group of a test: one process runs all tests of a group.
 
-    A file is a group, so that its fixtures are made once. Tests of nodes mostly wait, pages take
-    long, and both share nothing: each is a group of its own, so that any process takes the next.
+    A file is a group, so that its fixtures are made once; of `APART` each test is one.
     """
     path = nodeid.partition("::")[0]
-    if path.rpartition("/")[2] in IN_TURN:
+    if path in IN_TURN:
         return "in turn"
-    return nodeid if path.startswith(("test/nodes/", "test/test_printed_sessions.py")) else path
+    return nodeid if path.startswith(APART) else path
 
 
 @pytest.hookimpl(optionalhook=True)  # pytest-xdist may not be installed
