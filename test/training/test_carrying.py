@@ -58,7 +58,7 @@ def variant(box, shape, names, seed, size=(200, 200)):
     return make_variant(drawn(box, shape), np.array([box]), recipe, np.random.default_rng(seed))
 
 
-@settings(max_examples=120)
+@settings(max_examples=60)
 @given(places, operations, seeds)
 def test_box_of_an_ellipse_follows_its_pixels(box, names, seed):
     names = set(names) & set(GEOMETRY)
@@ -67,7 +67,7 @@ def test_box_of_an_ellipse_follows_its_pixels(box, names, seed):
         np.testing.assert_allclose(measured(made.image), edges(made.boxes[0]), atol=1.0)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(places, st.lists(st.sampled_from(AXES_STAY), unique=True, min_size=1), seeds)
 def test_box_of_a_rectangle_follows_its_pixels_where_axes_stay_axes(box, names, seed):
     made = variant(box, "rectangle", names, seed)
@@ -75,7 +75,7 @@ def test_box_of_a_rectangle_follows_its_pixels_where_axes_stay_axes(box, names, 
         np.testing.assert_allclose(measured(made.image), edges(made.boxes[0]), atol=1.0)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(places, st.sampled_from(list(PIXELS)), seeds)
 def test_blur_and_light_leave_the_middle_of_an_object_where_it_is(box, name, seed):
     made = variant(box, "ellipse", {name}, seed, size=(WIDTH, HEIGHT))
