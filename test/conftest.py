@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 import gc
+import math
 import os
 import tempfile
+from itertools import groupby
 from pathlib import Path
 
 import pytest
@@ -89,14 +91,27 @@ def pytest_xdist_make_scheduler(config, log):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Begin with what takes longest."""
+    """Begin with what takes longest, and let tests of nodes wait beside others that compute."""
 
     def rank(item):
         part = item.path.relative_to(REPOSITORY / "test").parts[0]
         return LONGEST.index(part) if part in LONGEST else len(LONGEST)
 
-    if WORKER:
-        items.sort(key=rank)
+    def waits(item):
+        return item.nodeid.startswith("test/nodes/") and group_of(item.nodeid) == item.nodeid
+
+    if not WORKER:
+        return
+    items.sort(key=rank)
+    waiting = [item for item in items if waits(item)]
+    computing = [item for item in items if not waits(item)]
+    groups = [list(of) for _, of in groupby(computing, key=lambda item: group_of(item.nodeid))]
+    share = math.ceil(len(waiting) / max(1, len(groups)))
+    items[:] = []
+    for group in groups:
+        items += [*group, *waiting[:share]]
+        del waiting[:share]
+    items += waiting
 
 
 @pytest.fixture(scope="session")

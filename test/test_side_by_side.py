@@ -34,7 +34,7 @@ def test_every_process_has_a_domain_of_its_own(monkeypatch, domain):
 
 class Item:
     def __init__(self, path):
-        self.path = CONFTEST.parent / path
+        self.path, self.nodeid = CONFTEST.parent / path, f"test/{path}::test_one"
 
 
 def ordered(monkeypatch, worker, names):
@@ -44,11 +44,18 @@ def ordered(monkeypatch, worker, names):
 
 
 def test_what_takes_longest_begins(monkeypatch):
-    names = ["core/test_a.py", "test_install.py", "nodes/test_b.py", "interfaces/test_c.py"]
+    names = ["core/test_a.py", "test_install.py", "nodes/test_live.py", "interfaces/test_c.py"]
     assert ordered(monkeypatch, "gw0", names) == [
-        "test_b.py", "test_c.py", "test_install.py", "test_a.py",
+        "test_live.py", "test_c.py", "test_install.py", "test_a.py",
     ]  # fmt: skip
     assert ordered(monkeypatch, "", names) == [Path(name).name for name in names]
+
+
+def test_tests_of_nodes_wait_beside_what_computes(monkeypatch):
+    nodes = [f"nodes/test_{name}.py" for name in "abc"]
+    found = ordered(monkeypatch, "gw0", [*nodes, "core/test_d.py", "commands/test_e.py"])
+    assert found == ["test_e.py", "test_a.py", "test_b.py", "test_d.py", "test_c.py"]
+    assert ordered(monkeypatch, "gw0", nodes) == ["test_a.py", "test_b.py", "test_c.py"]
 
 
 ONE = """
