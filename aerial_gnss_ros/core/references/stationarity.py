@@ -174,9 +174,13 @@ class StationarityTest:
         total = platform + own[slots] + float(one.spread.max())
         stays = -(0.5 * TUNING.freedom + 1.0) * np.log1p(squared / (TUNING.freedom * total))
         adrift = -np.log1p(swum / total) - 0.5 * squared / (total + swum)
-        alike = own[slots] + TUNING.unlike**2 * squared
+        # If it stays, others are displaced as it is, but for what its own place explains.
+        error = np.maximum(platform, 0.5 * squared - own[slots])
+        part = error / (error + own[slots])
+        alike = part * (own[slots] + TUNING.unlike**2 * squared)
+        rest = shifts - part[:, None, None] * apart[:, None]
         others = np.arange(len(common)) != np.array(slots)[:, None]
-        nats = stays - adrift + _log_others(shifts - apart[:, None], own, alike, swum, others)
+        nats = stays - adrift + _log_others(rest, own, alike, swum, others)
         nats = nats - _log_others(shifts[None], own, np.array([platform]), swum, others)
         share = TUNING.others_swim if one.crowded else TUNING.adrift
         against = -np.logaddexp(math.log(1.0 - share), math.log(share) - nats)

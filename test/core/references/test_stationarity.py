@@ -87,6 +87,12 @@ def test_others_left_where_they_were_speak_for_motion_and_others_displaced_alike
     assert after(then, [moved, (0, 1), (2, 14)]) == pytest.approx(alone, abs=1.5)
 
 
+def test_others_that_stay_as_well_say_nothing_against_one_that_stays():
+    """However many there are: where nothing was displaced, no error is common to all."""
+    around = [(5.0 * i, 5.0) for i in range(9)]
+    assert after([(5, 0), *around], [(5.1, 0), *around], 0.5, crowded=True) == 0.0
+
+
 def test_others_count_by_both_of_their_laws():
     """One that stays or swims, two that may have one current: as the formula says."""
 
