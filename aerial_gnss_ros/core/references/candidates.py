@@ -72,8 +72,8 @@ class Motion:
     """Apparent motion of a track that may be a reference that stays.
 
     Attributes:
-        nats: log odds that it stays to that it is adrift, at most 0.
-        metres: by which it has moved, where these odds are lowest.
+        nats: log odds that it is the reference, which stays, to that it is something else.
+        metres: by which it has moved, where what speaks for that is most; 0: nothing does.
         misfit: what other tracks are off by, one variance of each axis, if it stays: its motion is
             then an error of the platform beyond the stated ones, m².
     """

@@ -5,8 +5,8 @@
 A hypothesis says of each reference which track it is, or that it is none of them: out of view, or
 not where it is said to be. Under it the positions of those tracks have the normal law that filter
 and references state together, with what they share through the platform: two references support
-one another even where the receiver is poor. Any other track lies anywhere nearby, and where others
-are of the reference's class, it may swim.
+one another even where the receiver is poor. Any other track lies anywhere nearby, and may move
+(`stationarity`).
 """
 
 from __future__ import annotations
@@ -34,10 +34,6 @@ class HypothesesTuning:
     """Share of references that are wrong: mistyped, moved, or another one of the kind. Judged."""
     other_share: float = 0.05
     """The same where more tracks of that class than references are in view. Judged."""
-    rest_mps: float = 0.03
-    """Velocity that something which stays seems to have all the same, one sigma, m/s. Judged."""
-    swim_mps: float = 0.3
-    """Velocity of what else may be there, one sigma of each axis, m/s. Judged."""
     largest_count: int = 256
     """At most so many hypotheses are weighed; the tracks farthest off are left out. Judged."""
 
@@ -68,7 +64,6 @@ def hypotheses(law: PositionLaw, candidates: list[Candidate]) -> list[Hypothesis
     choices = _choices(candidates)
     alone = {
         (one.name, row): _log_normal(law, [(one, row)], TUNING.nearby_m**2)
-        - (_log_at_rest(law, row) if one.stays and one.crowded else 0.0)
         for one, rows in zip(candidates, choices, strict=True)
         for row in rows
         if row is not None
@@ -106,19 +101,6 @@ def _choices(candidates: list[Candidate]) -> list[list[int | None]]:
         kept = one.rows[:most] if 2 * count <= TUNING.largest_count else ()
         choices.append([None, *kept])
     return choices
-
-
-def _log_at_rest(law: PositionLaw, row: int) -> float:
-    """Return the log likelihood ratio of a track that stays to one that swims, by its velocity."""
-    own = law.places([row]) + 2
-    velocity, spread = law.mean[own], law.covariance[np.ix_(own, own)]
-    densities = []
-    for sigma in (TUNING.rest_mps, TUNING.swim_mps):
-        total = spread + sigma**2 * np.eye(2)
-        _, log_determinant = np.linalg.slogdet(total)
-        squared = float(velocity @ np.linalg.solve(total, velocity))
-        densities.append(-0.5 * (float(log_determinant) + squared))
-    return densities[0] - densities[1]
 
 
 def _log_normal(law: PositionLaw, pairs: list[tuple[Candidate, int]], more: float = 0.0) -> float:

@@ -103,7 +103,7 @@ class ReferenceReport:
         metres, row = min(distances)
         label = tracks[row].robot_id
         motion = one.motion(row)
-        if motion.nats < -CLEAR_NATS:
+        if motion.metres and motion.nats < -CLEAR_NATS:
             return (
                 f"{begin}: {label} has moved by {motion.metres:.1f} m, which what has a position "
                 "cannot; give it a topic, or a radius_m."

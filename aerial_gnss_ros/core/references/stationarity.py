@@ -7,6 +7,10 @@ tells them from motion: displaced like the reference, they speak for an error; l
 for a thing adrift. How large such errors are is known roughly only (a latency or a compass that is
 still to be found out), so their law has long tails (Student). Errors pass: only the last
 `TUNING.window_s` count, and a track that stays from then on may be the reference again.
+
+Where others are of the reference's class, what is not the reference swims. The track's velocity
+tells it first, later how far it has come: all of that shows one motion and counts once, so that one
+image that puts a velocity off does not outweigh that the track has stayed until then.
 """
 
 from __future__ import annotations
@@ -47,11 +51,11 @@ class StationarityTuning:
     misfit: float = 0.15
     """Part of the reference's displacement by errors that are not stated, by which other tracks are
     off while it is used. Judged."""
-    others_swim: float = 0.5
-    """Share of tracks that swim where others are of the reference's class. Judged."""
+    rest_mps: float = 0.03
+    """Velocity that something which stays seems to have all the same, one sigma, m/s. Judged."""
     adrift: float = 0.1
     """Share of references that are adrift, of those that are not where they are said to be: most of
-    these are mistyped. Judged."""
+    these are mistyped, or another track of their class. Judged."""
     freedom: float = 4.0
     """Degrees of freedom of the platform's errors: how roughly their sizes are known. Judged."""
 
@@ -82,6 +86,26 @@ class _Glimpse:
     receivers: Array
     by_errors: Array
     errors: Array
+
+
+@dataclass(frozen=True)
+class _Look:
+    """What one look at a track tells.
+
+    Attributes:
+        rests: log odds that it stays to that it swims.
+        tells: what these are of what does not move at all: how well the look tells one from the
+            other.
+        nats: log odds that it stays to that it is adrift.
+        metres: by which it has moved.
+        misfit: see `Motion`.
+    """
+
+    rests: float = 0.0
+    tells: float = 0.0
+    nats: float = 0.0
+    metres: float = 0.0
+    misfit: float = 0.0
 
 
 class StationarityTest:
@@ -139,19 +163,21 @@ class StationarityTest:
         lags = {count * share // 4 for share in range(4)} if count else set()
         found: list[dict[int, Motion]] = []
         for one in candidates:
-            motions = dict[int, Motion]()
-            for lag in sorted(lags) if one.stays else ():
-                for row, motion in self._motions(one, tracks, self._kept[lag], now).items():
-                    motions[row] = _worse(motions.get(row, Motion()), motion)
-            found.append(motions)
+            looks: dict[int, list[_Look]] = {}
+            if one.stays:
+                looks = {row: [_by_velocity(law, row)] for row in one.rows}
+                for lag in lags:
+                    for row, look in self._since(one, tracks, self._kept[lag], now).items():
+                        looks[row].append(look)
+            found.append({row: _judged(some, one.crowded) for row, some in looks.items()})
         if not self._kept or stamp_ns - self._kept[-1].stamp_ns >= TUNING.every_s * 1e9:
             self._kept.append(now)
         return found
 
-    def _motions(
+    def _since(
         self, one: Candidate, tracks: Sequence[NamedTrack], then: _Glimpse, now: _Glimpse
-    ) -> dict[int, Motion]:
-        """Return the motions of a reference's tracks since a former image.
+    ) -> dict[int, _Look]:
+        """Return what the places of a reference's tracks tell since a former image.
 
         What was unknown of a track's place then, and is known now, has moved it by as much.
         """
@@ -182,11 +208,11 @@ class StationarityTest:
         others = np.arange(len(common)) != np.array(slots)[:, None]
         nats = stays - adrift + _log_others(rest, own, alike, swum, others)
         nats = nats - _log_others(shifts[None], own, np.array([platform]), swum, others)
-        share = TUNING.others_swim if one.crowded else TUNING.adrift
-        against = -np.logaddexp(math.log(1.0 - share), math.log(share) - nats)
         misfit = TUNING.misfit**2 * np.maximum(0.5 * squared - total, 0.0)
-        motions = map(Motion, against.tolist(), np.sqrt(squared).tolist(), misfit.tolist())
-        return dict(zip(rows, motions, strict=True))
+        # Others that are displaced alike explain motion; they are no evidence of rest.
+        tells = np.log1p(swum / total)
+        each = (np.minimum(nats, tells), tells, nats, np.sqrt(squared), misfit)
+        return dict(zip(rows, map(_Look, *(one.tolist() for one in each)), strict=True))
 
     def _platform(self, then: _Glimpse, now: _Glimpse) -> float:
         """Return the variance of a displacement by the receivers' offsets on each axis, m².
@@ -233,10 +259,32 @@ def _by_errors(law: PositionLaw) -> Array:
     return found
 
 
-def _worse(one: Motion, other: Motion) -> Motion:
-    """Return what either of two motions of a track says against it."""
-    lower = other if other.nats < one.nats else one
-    return replace(lower, misfit=max(one.misfit, other.misfit))
+def _by_velocity(law: PositionLaw, row: int) -> _Look:
+    """Return what a track's velocity tells: of whether it has come adrift, nothing."""
+    own = law.places([row]) + 2
+    velocity, spread = law.mean[own], law.covariance[np.ix_(own, own)]
+    rests, swims = (spread + v**2 * np.eye(2) for v in (TUNING.rest_mps, TUNING.swim_mps))
+    tells = 0.5 * math.log(np.linalg.det(swims) / np.linalg.det(rests))
+    squares = [float(velocity @ np.linalg.solve(one, velocity)) for one in (rests, swims)]
+    return _Look(tells - 0.5 * (squares[0] - squares[1]), tells)
+
+
+def _judged(looks: Sequence[_Look], crowded: bool) -> Motion:
+    """Return the motion of a track by all looks at it.
+
+    What is not the reference most often stays, too. Where others are of its class it swims, and
+    only the look that tells this best counts, since all of them show one motion. Else it is adrift,
+    for as long as speaks most for that.
+
+    Args:
+        looks: by its velocity, then since former images.
+        crowded: whether others are of its class.
+    """
+    best, worst = max(looks, key=lambda one: one.tells), min(looks, key=lambda one: one.nats)
+    usual, adrift, share = -best.rests if crowded else 0.0, -worst.nats, TUNING.adrift
+    most = max(usual, adrift)
+    other = (1.0 - share) * math.exp(usual - most) + share * math.exp(adrift - most)
+    return Motion(-most - math.log(other), worst.metres, max(one.misfit for one in looks))
 
 
 def _log_others(apart: Array, own: Array, alike: Array, swum: float, others: Flags) -> Array:

@@ -116,15 +116,3 @@ def test_many_references_and_tracks_are_still_weighed():
     assert sum(one.probability for one in found) == pytest.approx(1.0)
     assert all(row == int(name[1:]) for name, row in found[0].rows.items())
     assert len(found[0].rows) >= 6
-
-
-def test_velocity_distinguishes_what_stays_where_positions_do_not():
-    tracks = law([(-1, 0), (1, 0)])
-    tracks.mean[COUNT + 4 + 2] = 0.5  # the second one swims
-    for axis in (2, 3, 6, 7):
-        tracks.covariance[COUNT + axis, COUNT + axis] = 0.02**2
-    pier = at("a", (0, 0), (0, 1), True)
-    alike = hypotheses(tracks, [pier])
-    assert probability(alike, a=0) == pytest.approx(probability(alike, a=1))
-    found = hypotheses(tracks, [replace(pier, stays=True)])
-    assert probability(found, a=0) > 0.99

@@ -26,10 +26,13 @@ class Filter:
         self.decay = lambda s: np.full(COUNT, np.exp(-s / tau_s))
 
 
-def law(*places, sigma_m=0.0):
+def law(*places, sigma_m=0.0, mps=0.0, sigma_mps=1.0):
+    """Return tracks at places, the first of which seems to swim East."""
     mean = np.zeros(COUNT + 4 * len(places))
     mean[COUNT:].reshape(-1, 4)[:, :2] = places
-    covariance = np.diag(np.r_[np.ones(COUNT), np.full(4 * len(places), 1.0 + sigma_m**2)])
+    mean[COUNT + 2] = mps
+    own = np.r_[np.full(2, 1.0 + sigma_m**2), np.full(2, sigma_mps**2)]
+    covariance = np.diag(np.r_[np.ones(COUNT), np.tile(own, len(places))])
     return PositionLaw(np.arange(len(places)), mean, covariance)
 
 
@@ -67,9 +70,27 @@ def test_one_track_alone_is_weighed_by_bayes_rule():
     assert after([(5, 0)], [(5.5, 0)]) == 0.0
     expected = odds(3.0, 10.0, 0.09 + 2.0 * (1.0 - np.exp(-0.1)))
     assert after([(5, 0)], [(8, 0)], tau_s=100.0) == pytest.approx(expected)
-    crowd = odds(3.0, 10.0, 0.09, TUNING.others_swim)
+    crowd = odds(3.0, 10.0, 0.09, share=1.0)  # what is not the reference swims
     assert after([(5, 0)], [(8, 0)], crowded=True) == pytest.approx(crowd)
     assert crowd < odds(3.0, 10.0, 0.09) - 1.0
+
+
+def velocity_odds(mps, sigma_mps):
+    """Return log odds of rest to swimming where others are of the class, but for a share adrift."""
+    rests, swims = (sigma_mps**2 + v**2 for v in (TUNING.rest_mps, TUNING.swim_mps))
+    swimming = np.exp(-0.5 * mps**2 * (1.0 / swims - 1.0 / rests)) * rests / swims
+    return -np.log((1.0 - TUNING.adrift) * swimming + TUNING.adrift)
+
+
+@pytest.mark.parametrize(("mps", "tells"), [(0.0, 1.0), (0.4, -1.0)])
+def test_velocity_tells_what_stays_from_others_of_its_class_until_places_do(mps, tells):
+    """After 10 s, one image that puts the velocity off does not make a swimmer of what stays."""
+    test, steady = StationarityTest(Filter()), law((5, 0), (0, 4), mps=mps, sigma_mps=0.1)
+    found = weighed(test, steady, 0.0, crowded=True)
+    assert found == pytest.approx(velocity_odds(mps, 0.1))
+    assert found * tells > 1.0
+    assert weighed(test, steady, 10.0, crowded=True) > 1.5
+    assert weighed(StationarityTest(Filter()), steady, 0.0) == 0.0
 
 
 def test_what_was_learnt_of_a_place_is_no_motion():
@@ -90,7 +111,9 @@ def test_others_left_where_they_were_speak_for_motion_and_others_displaced_alike
 def test_others_that_stay_as_well_say_nothing_against_one_that_stays():
     """However many there are: where nothing was displaced, no error is common to all."""
     around = [(5.0 * i, 5.0) for i in range(9)]
-    assert after([(5, 0), *around], [(5.1, 0), *around], 0.5, crowded=True) == 0.0
+    alone = after([(5, 0)], [(5.1, 0)], 0.5, crowded=True)
+    among = after([(5, 0), *around], [(5.1, 0), *around], 0.5, crowded=True)
+    assert among == pytest.approx(alone, abs=0.01)
 
 
 def test_others_count_by_both_of_their_laws():
