@@ -30,6 +30,7 @@ from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
 from aerial_gnss_ros.core.estimation.origin_file import OriginKeeper
 from aerial_gnss_ros.core.estimation.overview import overview
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
+from aerial_gnss_ros.core.estimation.recent_images import SeenImage
 from aerial_gnss_ros.core.estimation.state_file import NameKeeper
 from aerial_gnss_ros.core.estimation.time_base import TimeBase
 from aerial_gnss_ros.core.identity.labels import Box, Labels
@@ -390,7 +391,8 @@ class Estimator:
             if frame.stamp_ns >= doubt.due_ns and attempt(doubt.update, *seen, local) is not None:
                 doubt.close()
                 return
-        found = attempt(doubt.try_another, frame, measured, self._origin, self._identity)
+        image = SeenImage(frame, measured, self._pipeline.corrects)
+        found = attempt(doubt.try_another, image, self._origin, self._identity)
         if isinstance(found, Exception):
             doubt.close()
         elif found is not None:

@@ -26,6 +26,7 @@ open for twice that time, and covariances contain it from then on.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,7 +45,6 @@ from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.stamp_resolution import stamp_sigma_s
-from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult
 
 
@@ -196,8 +196,7 @@ class LatencyDoubt:
 
     def try_another(
         self,
-        frame: DetectionFrame,
-        measured: dict[str, int] | None,
+        image: SeenImage,
         origin: MapOrigin,
         labels: Labels,
     ) -> LatencyTrial | None:
@@ -207,12 +206,10 @@ class LatencyDoubt:
         more, with the latency known.
 
         Args:
-            frame: the image's boxes.
-            measured: index of the box of each labelled robot; None: the image had no pose.
+            image: as the published tracker took it in.
             origin: of `map`.
             labels: of the published robots.
         """
-        image = SeenImage(frame, measured)
         self._recent.add(image)
         if self.trial is not None:
             self.trial.add(image)
@@ -292,15 +289,16 @@ class LatencyDoubt:
         search.conclude()
         return search
 
-    def note(self, scene: PosedFrame, corrects: frozenset[str]) -> None:
+    def note(self, scene: PosedFrame, corrects: Mapping[str, str]) -> None:
         """Note the camera of an image, whose result is to be `mixed`.
 
         Args:
             scene: the image.
-            corrects: labels of things of known position that correct its positions.
+            corrects: label of the robot that each reference is which corrects its positions.
         """
         if self._covers:
-            self._cover.add(1e-9 * scene.detections.stamp_ns, scene.in_map, corrects)
+            labels = frozenset(corrects.values())
+            self._cover.add(1e-9 * scene.detections.stamp_ns, scene.in_map, labels)
 
     def mixed(self, result: FrameResult, local: LocalMap | None) -> FrameResult:
         """Return a result as moments of the mixture of both hypotheses while it is undecided.

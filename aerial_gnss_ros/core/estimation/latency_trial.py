@@ -5,9 +5,9 @@
 While the odds are open, the configured latency's tracks go on, and these run beside them on the
 same images; the mixture of both is published. A doubt that turns out wrong is dropped, and nothing
 has changed; one that turns out right is published alone from the next image on. Robots keep their
-labels: the same box shows the same robot to both. A trial begins with images of the last seconds,
-which the published tracks took in with the configured latency; it takes some of them in with each
-new image, and is published only when none is left.
+labels: the same box shows the same robot to both, and the same thing of known position. A trial
+begins with images of the last seconds, which the published tracks took in with the configured
+latency; it takes some of them in with each new image, and is published only when none is left.
 """
 
 from __future__ import annotations
@@ -147,6 +147,7 @@ class LatencyTrial:
         names = self.identity.adopted(self._shared, self._tracker.classes)
         if names:
             self._tracker.rename(names)
+        self._tracker.follow_references({})
 
     def mixed(
         self,
@@ -180,6 +181,7 @@ class LatencyTrial:
         late = len(self.waiting) > TUNING.most_waiting
         if isinstance(samples, MissingTelemetry) and samples.can_arrive and not late:
             return False
+        self._tracker.follow_references(image.corrects)
         result = self.pipeline.result(frame, samples)
         self.pipeline.tracking.check()
         self._robots = {one.robot_id: one for one in result.estimates}

@@ -7,6 +7,7 @@ from __future__ import annotations
 import copy
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -60,7 +61,7 @@ class Pipeline:
         latency: estimate of the images' latency.
         tracking: of the robots.
         measured: the last image that was tracked, and the box of each labelled robot.
-        corrects: labels of the things of known position that corrected its positions.
+        corrects: label of the robot that each reference is which corrected its positions.
     """
 
     def __init__(
@@ -92,7 +93,7 @@ class Pipeline:
             )
         self._altitude_told = False
         self.measured: tuple[PosedFrame, dict[str, int]] | None = None
-        self.corrects: frozenset[str] = frozenset()
+        self.corrects: Mapping[str, str] = {}
         self._locate = paper.locate if config.method == "paper" else localization.locate
 
     @property

@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
@@ -32,10 +33,12 @@ class SeenImage:
     Attributes:
         frame: its boxes.
         measured: index of the box of each labelled robot; None: it had no pose.
+        corrects: label of the robot that each used reference is.
     """
 
     frame: DetectionFrame
     measured: dict[str, int] | None
+    corrects: Mapping[str, str] = field(default_factory=dict)
 
 
 class RecentImages:

@@ -88,6 +88,7 @@ class References:
 
     Attributes:
         links: label of the track that each used reference is.
+        recognised: the same of another tracker of the same boxes, which was sure.
         report: what is said of each.
     """
 
@@ -99,6 +100,7 @@ class References:
     def reset(self) -> None:
         """Forget everything but what was said."""
         self.links: dict[str, str] = {}
+        self.recognised: Mapping[str, str] = {}
         self._candidates: dict[str, Candidate] = {}
         self._moving: set[str] = set()
         self._stamp_ns = self._weighed_ns = -1
@@ -272,8 +274,8 @@ class References:
             likely = _probabilities(one.name, found)
             row = max(likely, key=lambda row: likely[row], default=-1)
             label = tracks[row].robot_id if row >= 0 else ""
-            before = self.links.get(one.name, "")
-            least = TUNING.unsure if label == before else TUNING.sure
+            known = (self.links.get(one.name), self.recognised.get(one.name))
+            least = TUNING.unsure if label in known else TUNING.sure
             if label and likely[row] >= least:
                 self.links[one.name] = label
             else:

@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -33,7 +34,7 @@ class TrackUpdate:
         too_fast: (n,) True where it was refused because it implies an impossible speed.
         platform: errors of the platform, if the tracker estimates them.
         current: with which some robots drift, if it is known.
-        corrects: labels of the things of known position by which positions are corrected.
+        corrects: label of the robot that each reference is by which positions are corrected.
     """
 
     estimates: tuple[RobotEstimate, ...]
@@ -42,7 +43,7 @@ class TrackUpdate:
     too_fast: NDArray[np.bool_]
     platform: tuple[PlatformError, ...] = ()
     current: Current | None = None
-    corrects: frozenset[str] = frozenset()
+    corrects: Mapping[str, str] = field(default_factory=dict)
 
 
 class Tracking(Protocol):

@@ -187,7 +187,7 @@ class Tracker:
         estimates, platform = self._estimates(stamp_ns)
         fork, moored = self._recovery.fork, self.table.filter.moored
         current = None if fork or moored is None else moored.current()
-        corrects = frozenset(self._references.links.values())
+        corrects = dict(self._references.links)
         return TrackUpdate(estimates, names, *masks, platform, current, corrects)
 
     def reconfigure(self, config: EstimatorConfig, change: CalibrationChange) -> None:
@@ -220,6 +220,10 @@ class Tracker:
         self._recovery.rename(names)
         self._references.rename(names)
         self._image_tracks.rename(names)
+
+    def follow_references(self, links: Mapping[str, str]) -> None:
+        """Note which robot each reference is that another tracker of the same boxes uses."""
+        self._references.recognised = links
 
     def misfit(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> float:
         """Return how badly an image's boxes fit the robots in view, nats (see `Tracking`)."""

@@ -128,9 +128,11 @@ def test_a_pending_box_is_refused_if_the_trial_refuses_it_too(sea, trial):
 def test_robots_are_called_as_their_boxes_were_published(sea, trial):
     """The trial labelled them first, when none was published; then images show who is who."""
     trial.identity._names.numbers["aqua"] = 4
-    renamed = []
+    renamed, followed = [], []
     trial._tracker = SimpleNamespace(
-        classes={"aqua_3": "aqua", "aqua_4": "aqua"}, rename=renamed.append
+        classes={"aqua_3": "aqua", "aqua_4": "aqua"},
+        rename=renamed.append,
+        follow_references=followed.append,
     )
     for t in (1.0, 2.0):
         frame = sea.boxes(t, [[100.0, 360.0], [900.0, 360.0], [500.0, 360.0]])
@@ -138,8 +140,10 @@ def test_robots_are_called_as_their_boxes_were_published(sea, trial):
         trial.pipeline.measured = scene, {"aqua_3": 1, "aqua_4": 0}
         trial.gives = [result(frame.stamp_ns)]
         published = {"aqua_1": 0, "aqua_2": 1, "aqua_4": 2}  # the last one has no track here
-        trial.add(seen(frame, published))
+        trial.add(SeenImage(frame, published, {"mark": "aqua_1"} if t > 1.0 else {}))
+    assert followed == [{}, {"mark": "aqua_1"}]
     trial.adopt_labels()
+    assert followed[2:] == [{}]  # published itself, it follows nobody
     assert renamed == [{"aqua_3": "aqua_2", "aqua_4": "aqua_1"}]
 
 

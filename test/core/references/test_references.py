@@ -13,7 +13,8 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.models.platform_model import COUNT
-from aerial_gnss_ros.core.references.candidates import Candidate
+from aerial_gnss_ros.core.references.candidates import Candidate, Expected
+from aerial_gnss_ros.core.references.hypotheses import TUNING as HYPOTHESES
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 from aerial_gnss_ros.core.references.references import References
 from aerial_gnss_ros.core.values.estimates import State
@@ -259,6 +260,27 @@ def test_a_receiver_that_wanders_is_no_motion_of_the_point(sea):
         "Reference pier is beacon_1: positions refer to it."
     ]
     assert error(last(results), ROBOTS["aqua"](0)) < 0.3
+
+
+@pytest.mark.parametrize(("probability", "taken"), [(0.996, 1), (0.98, 0), (0.94, 0)])
+def test_what_another_tracker_recognised_need_not_be_sure_here(probability, taken):
+    """A moving one, of 0.1 m, so far off that it is right with that probability."""
+    mean, covariance = np.zeros(COUNT + 4), np.eye(COUNT + 4)
+    law = PositionLaw(np.arange(1), mean, covariance)
+    source = SimpleNamespace(
+        laws=[law], believed=np.zeros(2), stationary=np.eye(COUNT), decay=lambda _s: np.ones(COUNT)
+    )
+    near, far = 1.0 + 0.01, 1.0 + 0.01 + HYPOTHESES.nearby_m**2
+    share = HYPOTHESES.wrong_share
+    nats = math.log(probability / (1.0 - probability)) - math.log((1.0 - share) / share)
+    east = math.sqrt(2.0 * (math.log(far / near) - nats) / (1.0 / near - 1.0 / far))
+    tracks = [SimpleNamespace(robot_id="boat_1", class_id="boat", last_seen_ns=10**9)]
+    boat = Expected("rtk", "boat", np.array([east, 0.0]), 0.01 * np.eye(2), moves=True)
+    for recognised, expected in (({}, taken), ({"rtk": "boat_1"}, int(probability > 0.95))):
+        references = References(source, Events())
+        references.recognised = recognised
+        references.update(tracks, [boat], 10**9)
+        assert len(references.links) == expected
 
 
 def test_a_rotation_is_known_but_for_what_the_references_do_not_show():
