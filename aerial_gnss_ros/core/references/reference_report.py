@@ -22,14 +22,16 @@ class ReferenceReportTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     said_after_s: float = 2.0
-    """Time after which a reference that is not used is reported, s. Judged."""
+    """Time after which a reference that has not been used is reported, s. Judged."""
 
 
 TUNING = ReferenceReportTuning()
 
 
 class ReferenceReport:
-    """Says of each reference, once, what becomes of it.
+    """Says of each reference what becomes of it, once until that changes.
+
+    That one is set aside which was used is said at once: positions change by metres.
 
     Args:
         log: receives the sentences.
@@ -64,14 +66,15 @@ class ReferenceReport:
             law: of the tracks, without references.
             tracks: by row.
         """
+        patience_ns = round(TUNING.said_after_s * 1e9)
         for one in candidates:
             label = links.get(one.name, "")
             if label:
-                self._since_ns.pop(one.name, None)
+                self._since_ns[one.name] = stamp_ns - patience_ns
                 self._say(one.name, f"Reference {one.name} is {label}: positions refer to it.")
                 continue
             since_ns = self._since_ns.setdefault(one.name, stamp_ns)
-            if (stamp_ns - since_ns) * 1e-9 >= TUNING.said_after_s:
+            if stamp_ns - since_ns >= patience_ns:
                 self._say(one.name, self._refusal(one, found, links, law, tracks))
 
     def _say(self, name: str, sentence: str) -> None:

@@ -76,6 +76,17 @@ def test_one_that_has_moved_is_said_to_have(nats, words):
     assert f"beacon_1 {words}" in sentence
 
 
+def test_one_that_is_set_aside_is_said_at_once_and_when_it_is_taken_up_again():
+    log = Events()
+    report, used = ReferenceReport(log), {"pier": "beacon_1"}
+    rather, right = ([Hypothesis({"pier": 0}, p), Hypothesis({}, 1.0 - p)] for p in (0.94, 1.0))
+    assert len(said(log, report, [0.0], right, used)) == 1
+    (sentence,) = said(log, report, [0.2, 0.4], rather)
+    assert sentence.startswith("Reference pier is not used: beacon_1 is seen 10.0 m from where")
+    (sentence,) = said(log, report, [0.6, 0.8], right, used)
+    assert sentence == "Reference pier is beacon_1: positions refer to it."
+
+
 def test_one_that_is_used_is_said_once_and_again_after_a_pause():
     log = Events()
     report, used = ReferenceReport(log), {"pier": "beacon_1"}
