@@ -85,7 +85,8 @@ class SecondLook:
         scores = self.run(shown, traits)
         if self.terms.ways == 1 or scores.ndim > 1:
             return scores
-        again = np.flatnonzero(scores >= self.terms.again_from)
+        unsure = (scores >= self.terms.again_from) & (scores <= self.terms.again_to)
+        again = np.flatnonzero(unsure)
         if len(again):
             ways = [turned(shown[again], traits[again], k) for k in range(1, self.terms.ways)]
             further = self.run(*(np.concatenate(part) for part in zip(*ways, strict=True)))

@@ -30,11 +30,12 @@ class Terms:
         least: shortest side of the near view in the image, px.
         from_score: boxes below are not rescored, and so not reported.
         to_score: boxes above keep their score.
-        most: greatest number of boxes of an image; each costs one to two milliseconds.
+        most: greatest number of boxes of an image; each costs some milliseconds.
         class_names: of a network that gives a score for each class; empty: one score, and the
             detector's class.
         ways: in how many ways, turned and mirrored, a box is looked at; the log odds are averaged.
         again_from: score at the first look from which the other ways follow.
+        again_to: and up to which; the network is sure of what has more.
         parts: whether the boxes around and across anomalies are examined, too (`taught.py`).
     """
 
@@ -49,6 +50,7 @@ class Terms:
     parts: bool = False
     ways: int = 1
     again_from: float = 0.1
+    again_to: float = 1.0
 
     @classmethod
     def read(cls, metadata: Mapping[str, str], where: str) -> Terms:
@@ -84,7 +86,7 @@ class Terms:
             and self.parts in (True, False)
             and 1 <= self.ways <= 8
             and float(self.ways).is_integer()
-            and 0.0 <= self.again_from <= 1.0
+            and 0.0 <= self.again_from <= self.again_to <= 1.0
             and isinstance(self.class_names, tuple | list)
         ):
             raise ValueError(self.text[:200])
