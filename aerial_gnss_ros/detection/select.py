@@ -67,9 +67,13 @@ def second_look(config: DetectorConfig) -> SecondLook | None:
         return None
     if config.second_look != AUTO:
         return SecondLook(find_model(config.second_look, "the second look"), config.threads)
-    model = find_model(config.model)
-    path = model.with_name(f"{_PRECISIONS.sub('', model.stem)}{SECOND_LOOK_SUFFIX}")
+    path = second_look_beside(find_model(config.model))
     return SecondLook(path, config.threads) if path.is_file() else None
+
+
+def second_look_beside(model: Path) -> Path:
+    """Return where the second look of a model is, if it has one."""
+    return model.with_name(f"{_PRECISIONS.sub('', model.stem)}{SECOND_LOOK_SUFFIX}")
 
 
 def _load(config: DetectorConfig) -> Detector:

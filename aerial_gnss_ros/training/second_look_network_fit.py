@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,17 +17,16 @@ from torch.nn import functional
 
 from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.training.proposals import Proposals
-from aerial_gnss_ros.training.second_look_network import Network, fill
+from aerial_gnss_ros.training.second_look_network import Network
 from aerial_gnss_ros.training.second_look_network_views import Variation, varied
 
-_BATCH = 128
+BATCH = 128
 _RATE, _WARM_UP, _DECAY = 2e-3, 100, 0.02
-_FURTHER_RATE = 7e-4  # from a trained network on
+_FURTHER_RATE = 5e-4  # of a network that has learnt before
 _AVERAGED = 0.998
 _ROBOT_SHARE = 0.5
 _SOFT = 0.01  # labels of 0.01 and 0.99: a few are wrong
 _REPORTED_EVERY = 500
-_MEASURED = 2048  # boxes on which normalisations are restored
 _EASY = (
     0.15  # relative frequency of boxes about which the detector is quite right; 1.15: quite wrong
 )
@@ -57,26 +56,29 @@ def fit(
     seed: int,
     threads: int = 0,
     report: Callable[[int, float], None] | None = None,
-    start: Path | None = None,
-) -> Network:
+    network: Any = None,
+    device: str = "cpu",
+    batch: int = BATCH,
+) -> Any:
     """Return a network trained on the proposals, averaged over its last states.
 
     Args:
         proposals: training data; robots and others are drawn equally often, the detector's errors
             more often.
         terms: of the look.
-        steps: of 128 boxes each.
+        steps: of `batch` boxes each.
         seed: same seed, same network, on one kind of processor.
         threads: of the processor; 0: one for each core.
         report: called periodically with the step and the mean loss.
-        start: a second look to go on from; None: from scratch.
-
-    Raises:
-        ModelError: `start` is no network of this kind.
+        network: one that has learnt before, to go on from; None: `Network`, from scratch.
+        device: of torch, to train on.
+        batch: boxes of a step.
     """
     if threads:
         torch.set_num_threads(threads)
-    fitting = Fitting(proposals, terms, steps, seed, start=start)
+    fitting = Fitting(
+        proposals, terms, steps, seed, network=network, device=device, batch=batch
+    )  # fmt: skip
     losses = []
     for step in range(steps):
         losses.append(fitting.advance())
@@ -95,7 +97,9 @@ class Fitting:
         seed: as for `fit`.
         wanted: (n, k) 1 where a proposal is of a class, else 0; None: one output, `is_robot`.
         variation: of the views.
-        start: as for `fit`.
+        network: as for `fit`.
+        device: as for `fit`.
+        batch: as for `fit`.
     """
 
     def __init__(
@@ -106,26 +110,26 @@ class Fitting:
         seed: int,
         wanted: NDArray[np.float32] | None = None,
         variation: Variation | None = None,
-        start: Path | None = None,
+        network: Any = None,
+        device: str = "cpu",
+        batch: int = BATCH,
     ) -> None:
         torch.manual_seed(seed)
+        self._device, self._batch = device, batch
         self._rng = np.random.default_rng(seed)
         self._proposals, self._terms, self._steps = proposals, terms, steps
         self._variation = variation or Variation()
         self._wanted = proposals.is_robot.astype(np.float32) if wanted is None else wanted
         self.step = 0
-        self.network = Network(0 if wanted is None else wanted.shape[1])
-        if start is not None:
-            fill(self.network, start)
-            _restore_normalisation(self.network, proposals, terms, self._rng)
-            self.network.train()
-        self.network.to(memory_format=torch.channels_last)
+        self._first = _RATE if network is None else _FURTHER_RATE
+        self.network = network or Network(0 if wanted is None else wanted.shape[1])
+        self.network.to(device, memory_format=torch.channels_last)
+        self.network.train()
         self._optimizer = torch.optim.AdamW(
             self.network.parameters(), lr=_RATE, weight_decay=_DECAY
         )
         self._mean = {name: value.clone() for name, value in self.network.state_dict().items()}
         self._chances = drawing(proposals)
-        self._first = _RATE if start is None else _FURTHER_RATE
 
     def advance(self) -> float:
         """Learn from one batch; return its loss."""
@@ -133,11 +137,13 @@ class Fitting:
         rate = self._first * warm * 0.5 * (1 + math.cos(math.pi * self.step / self._steps))
         for group in self._optimizer.param_groups:
             group["lr"] = rate + 1e-5
-        chosen = self._rng.choice(len(self._proposals), _BATCH, p=self._chances)
-        views, traits = varied(self._proposals, chosen, self._terms, self._rng, self._variation)
+        chosen = self._rng.choice(len(self._proposals), self._batch, p=self._chances)
+        views, traits = varied(
+            self._proposals, chosen, self._terms, self._rng, self._variation, self._device
+        )
         with torch.autocast("cpu", dtype=torch.bfloat16, enabled=_MULTIPLIES_BFLOAT16):
             odds = self.network(views.contiguous(memory_format=torch.channels_last), traits)
-        wanted = torch.from_numpy(self._wanted[chosen])
+        wanted = torch.from_numpy(self._wanted[chosen]).to(self._device)
         loss = functional.binary_cross_entropy_with_logits(
             odds.float(), wanted * (1.0 - 2.0 * _SOFT) + _SOFT
         )
@@ -149,11 +155,10 @@ class Fitting:
         self.step += 1
         return float(loss.detach())
 
-    def averaged(self) -> Network:
-        """Return the network with the mean of its last states, for use."""
-        network = Network(self.network.classes)
-        network.load_state_dict({name: value.clone() for name, value in self._mean.items()})
-        network.to(memory_format=torch.channels_last)
+    def averaged(self) -> Any:
+        """Return the network with the mean of its last states, for use on the processor."""
+        network = copy.deepcopy(self.network).cpu()
+        network.load_state_dict({name: value.cpu().clone() for name, value in self._mean.items()})
         network.eval()
         return network
 
@@ -190,39 +195,9 @@ def drawing(proposals: Proposals) -> NDArray[np.float64]:
     return np.asarray(chances / chances.sum(), dtype=np.float64)
 
 
-def _average(mean: dict[str, Any], network: Network, kept: float) -> None:
+def _average(mean: dict[str, Any], network: Any, kept: float) -> None:
     for name, value in network.state_dict().items():
         if value.dtype.is_floating_point:
             mean[name].mul_(kept).add_(value, alpha=1.0 - kept)
         else:
             mean[name].copy_(value)
-
-
-def _restore_normalisation(
-    network: Network, proposals: Proposals, terms: Terms, rng: np.random.Generator
-) -> None:
-    """Let normalisations know the mean and variance that they see, with unchanged output."""
-    convolutions = [layer for layer in network.modules() if isinstance(layer, nn.Conv2d)]
-    norms = [layer for layer in network.modules() if isinstance(layer, nn.BatchNorm2d)]
-    seen: dict[Any, list[Any]] = {conv: [] for conv in convolutions}
-    hooks = [
-        conv.register_forward_hook(
-            lambda layer, _, output: seen[layer].append(
-                torch.stack([output.mean((0, 2, 3)), output.square().mean((0, 2, 3))])
-            )
-        )
-        for conv in convolutions
-    ]
-    network.eval()
-    with torch.no_grad():
-        for _ in range(_MEASURED // _BATCH):
-            chosen = rng.choice(len(proposals), _BATCH, p=drawing(proposals))
-            network(*varied(proposals, chosen, terms, rng, Variation()))
-        for hook in hooks:
-            hook.remove()
-        for conv, norm in zip(convolutions, norms, strict=True):
-            mean, square = torch.stack(seen[conv]).mean(0)
-            norm.running_mean.copy_(mean)
-            norm.running_var.copy_((square - mean.square()).clamp(min=0.0))
-            norm.weight.copy_((norm.running_var + norm.eps).sqrt())
-            norm.bias.add_(mean)

@@ -60,7 +60,8 @@ def fit_taught(
         report(fitting.step)
         if fitting.step % _STORED_EVERY == 0:
             _store(state, fitting.state())
-    return fitting.averaged()
+    network: Network = fitting.averaged()
+    return network
 
 
 def _store(path: Path, state: dict[str, Any]) -> None:

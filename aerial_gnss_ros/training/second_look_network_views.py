@@ -53,30 +53,33 @@ def varied(
     terms: Terms,
     rng: np.random.Generator,
     variation: Variation,
+    device: str = "cpu",
 ) -> tuple[Any, Any]:
-    """Return augmented views and traits of some proposals."""
+    """Return augmented views and traits of some proposals, on torch's `device`."""
     count = len(chosen)
-    stored = torch.from_numpy(proposals.views[chosen]).permute(0, 3, 1, 2).float() / 255.0
+
+    def there(values: NDArray[Any]) -> Any:
+        return torch.from_numpy(np.asarray(values, dtype=np.float32)).to(device)
+
+    views = torch.from_numpy(proposals.views[chosen]).to(device)
+    stored = views.permute(0, 3, 1, 2).float() / 255.0
     turns = rng.integers(0, 8, count)
     scales = np.exp(rng.uniform(-0.1, 0.1, count)) / ROOM
     move = np.zeros((count, 2, 3))
     move[:, :, :2] = _WAYS[turns] * scales[:, None, None]
     move[:, :, 2] = rng.normal(0.0, 0.015, (count, 2))
-    grid = functional.affine_grid(
-        torch.from_numpy(move.astype(np.float32)), [count, 6, terms.side, terms.side],
-        align_corners=False,
-    )  # fmt: skip
+    shape = [count, 6, terms.side, terms.side]
+    grid = functional.affine_grid(there(move), shape, align_corners=False)
     seen = functional.grid_sample(stored, grid, padding_mode="border", align_corners=False)
     light = rng.normal(0.0, 0.15, (count, 1, 1, 1)) + np.tile(
         rng.normal(0.0, 0.12, (count, 3, 1, 1)), (1, 2, 1, 1)
     )
     offset = rng.normal(0.0, 0.04, (count, 1, 1, 1))
-    seen = seen * torch.from_numpy(np.exp(light).astype(np.float32))
-    seen = seen + torch.from_numpy(offset.astype(np.float32))
+    seen = seen * there(np.exp(light)) + there(offset)
     seen = _sharpened(_faded(seen, rng, variation), rng, variation)
     noise = np.where(rng.random(count) < _NOISY, rng.uniform(0.0, _NOISE, count), 0.0)
-    sizes = torch.from_numpy(noise.astype(np.float32)).reshape(-1, 1, 1, 1)
-    seen = (seen + sizes * torch.randn_like(seen)).clamp(0.0, 1.0)
+    seen = seen + there(noise).reshape(-1, 1, 1, 1) * torch.randn_like(seen)
+    seen = seen.clamp(0.0, 1.0)
     traits = proposals.traits[chosen].copy()
     traits[turns % 2 == 1, 2] *= -1.0  # upright becomes lying
     traits[:, 0] += rng.normal(0.0, 0.15, count)  # it must not rely on the detector's score alone
@@ -84,7 +87,7 @@ def varied(
     if variation.unsure:
         others = rng.permutation(traits[:, 0])
         traits[:, 0] = np.where(rng.random(count) < variation.unsure, others, traits[:, 0])
-    return scaled(seen), torch.from_numpy(traits)
+    return scaled(seen), there(traits)
 
 
 def _sharpened(seen: Any, rng: np.random.Generator, variation: Variation) -> Any:
@@ -96,7 +99,7 @@ def _sharpened(seen: Any, rng: np.random.Generator, variation: Variation) -> Any
         rng.random(count) < variation.sharpened, rng.uniform(-0.9, 1.5, count), 0.0
     ).astype(np.float32)
     soft = functional.avg_pool2d(seen, 3, 1, 1, count_include_pad=False)
-    return seen + torch.from_numpy(amounts).reshape(-1, 1, 1, 1) * (seen - soft)
+    return seen + torch.from_numpy(amounts).to(seen.device).reshape(-1, 1, 1, 1) * (seen - soft)
 
 
 def _faded(seen: Any, rng: np.random.Generator, variation: Variation) -> Any:
@@ -110,11 +113,11 @@ def _faded(seen: Any, rng: np.random.Generator, variation: Variation) -> Any:
     )
     order = np.tile(np.arange(3), (count, 1))
     order[rng.random(count) < variation.exchanged] = rng.permutation(3)
-    columns = torch.from_numpy(np.hstack([order, order + 3]))
-    seen = seen[torch.arange(count)[:, None], columns]
+    columns = torch.from_numpy(np.hstack([order, order + 3])).to(seen.device)
+    seen = seen[torch.arange(count, device=seen.device)[:, None], columns]
     both = seen.reshape(count, 2, 3, *seen.shape[2:])
     faded = torch.lerp(
         both, both.mean(2, keepdim=True).expand_as(both),
-        torch.from_numpy(share).reshape(-1, 1, 1, 1, 1),
+        torch.from_numpy(share).to(seen.device).reshape(-1, 1, 1, 1, 1),
     )  # fmt: skip
     return faded.reshape(seen.shape)
