@@ -121,7 +121,7 @@ class DetectorConfig:
     second_look: str = key(
         "auto",
         "A small network that rescores uncertain boxes from an enlarged crop with more context: "
-        "fewer false boxes, for about half a millisecond each. auto: MODEL_second_look.onnx beside "
+        "fewer false boxes, for some milliseconds each. auto: MODEL_second_look.onnx beside "
         "the model, if it exists. off: none. Or the path of one. With the model anomaly: what "
         "aerial-gnss teach has trained; it names the classes.",
     )
