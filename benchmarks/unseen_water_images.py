@@ -35,7 +35,7 @@ NUMBERS = {"clutter": Numbers(things=9.0), "crowd": Numbers(3.0, 2.0, 6.0, 6.0)}
 """Of what is drawn into an image, by the kind of the set."""
 PHOTOGRAPHS_COUNT = 2.0  # times as much as composed images
 GATHERED_FROM = 0.015  # score of the boxes to learn from; lower than those that are looked at
-TERMS = Terms(to_score=1.0, ways=4, again_to=0.97)
+TERMS = Terms(to_score=1.0, ways=4)
 
 
 @dataclass(frozen=True)

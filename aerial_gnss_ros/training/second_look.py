@@ -83,7 +83,9 @@ def _parser() -> argparse.ArgumentParser:
                 "for each --held-out: choose the fewest false boxes at this recall or more, not "
                 "the greatest lesser one of precision and recall",
     )  # fmt: skip
-    parser.add_argument("--device", default="cpu", help="cpu (default) or cuda, to learn on")
+    parser.add_argument(
+        "--device", choices=("cpu", "cuda"), default="cpu", help="to learn on (default cpu)"
+    )
     parser.add_argument("--threads", type=int, default=0, help="CPU threads; 0: one for each core")
     parser.add_argument("--seed", type=int, default=0)
     return parser
@@ -91,6 +93,8 @@ def _parser() -> argparse.ArgumentParser:
 
 def _train(given: argparse.Namespace) -> None:
     try:
+        import torch
+
         from aerial_gnss_ros.training.second_look_network import write
         from aerial_gnss_ros.training.second_look_network_fit import fit
         from aerial_gnss_ros.training.second_look_network_pretrained import from_coco, read
@@ -114,6 +118,8 @@ def _train(given: argparse.Namespace) -> None:
         )
     if not 1 <= given.ways <= 8:
         raise ConfigError(f"--ways must lie within 1 to 8, got {given.ways}.")
+    if given.device != "cpu" and not torch.cuda.is_available():
+        raise ConfigError(f"--device {given.device}: torch finds no GPU here; leave it out.")
     terms = Terms(to_score=given.to_score, ways=given.ways)
     detector = load_detector(
         DetectorConfig(

@@ -133,6 +133,16 @@ def cornered(*values):
     return shown
 
 
+def test_what_the_first_look_is_sure_of_is_not_turned(tmp_path):
+    shown = np.concatenate([cornered(1.0, 0.2, 0.2, 0.2), cornered(0.6, 0.2, 0.2, 0.2)])
+    second = Corner(tmp_path / "look.onnx", ways=4, again_to=0.9)
+    second.counts = []
+    odds = np.log([1.5, 0.25, 0.25, 0.25]).mean()
+    found = second.judged(shown, np.zeros((2, 3), np.float32))
+    np.testing.assert_allclose(found, [1.0, 1 / (1 + np.exp(-odds))])
+    assert second.counts == [2, 3]
+
+
 def test_log_odds_of_all_ways_are_averaged_where_the_first_is_high_enough(tmp_path):
     shown = np.concatenate([cornered(0.8, 0.4, 0.2, 0.4), cornered(0.04, 0.8, 0.8, 0.8)])
     inputs = np.zeros((2, 3), np.float32)

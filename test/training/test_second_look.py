@@ -138,7 +138,7 @@ def write_set(folder, seed):
 
 
 @pytest.mark.ultralytics
-def test_the_command_writes_a_file_or_nothing(tmp_path, capsys):
+def test_the_command_writes_a_file_or_nothing(tmp_path, capsys, monkeypatch):
     pytest.importorskip("torch", reason="needs the extra [ultralytics]")
     import runpy
     from pathlib import Path
@@ -177,8 +177,13 @@ def test_the_command_writes_a_file_or_nothing(tmp_path, capsys):
         (["--steps", "-1"], "0 or more"),
         (["--to-score", "1.5"], "within 0.03 to 1, got 1.5"),
         (["--ways", "9"], "within 1 to 8, got 9"),
+        (["--start", str(tmp_path / "missing.json")], "missing.json is not a whole TensorFlow.js"),
+        (["--start", str(model)], "not a second look of this architecture"),
         (["--least-recall", "0.9", "0.8"], "each of the 1 --held-out, got 2"),
     ):
         assert main([*command, *wrong]) == 2
         assert words in capsys.readouterr().err
+    monkeypatch.setattr("torch.cuda.is_available", lambda: False)
+    assert main([*command, "--device", "cuda"]) == 2
+    assert "torch finds no GPU here" in capsys.readouterr().err
     assert not output.exists()
