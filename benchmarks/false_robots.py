@@ -74,8 +74,8 @@ CELLS = (("hover", 10.0), ("orbit", 20.0), ("transit", 20.0))
 STATED: dict[str, dict[str, object]] = {
     "": {},
     "length": {"classes.aqua.length_m": [0.4, 0.9]},
-    "score": {"tracks.confirm_score": 0.55},
-    "length and score": {"classes.aqua.length_m": [0.4, 0.9], "tracks.confirm_score": 0.55},
+    "score": {"tracks.confirm_score": 0.65},
+    "length and score": {"classes.aqua.length_m": [0.4, 0.9], "tracks.confirm_score": 0.65},
 }
 HEADS = ["clutter", "stated", "false boxes an image", "not `wrong_size`", "false robots a minute",
          "robots found", "until confirmed, s"]  # fmt: skip

@@ -21,11 +21,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import unseen_water
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from tables import columns, show
-from unseen_water import Seen, finished, images_of, photographs, seen_of
+from unseen_water import finished
+from unseen_water_images import Seen, images_of, photographs, seen_of
 from unseen_water_tables import above
 
 from aerial_gnss_ros.bags.reader import open_bag
@@ -185,7 +185,6 @@ def main() -> None:
     parser.add_argument("--model", default=DetectorConfig.model)
     parser.add_argument("--threads", type=int, default=1)
     given = parser.parse_args()
-    sys.modules["__main__"].Seen = unseen_water.Seen  # type: ignore[attr-defined] - as stored
     kinds = {"swimmers": video(given), "robots": robots(given)}
     for name, things in kinds.items():
         sys.stdout.write(f"{len(things)} {name}: {spreads(things)}\n")
