@@ -84,7 +84,7 @@ def test_it_learns_what_the_detector_does_not_know(tmp_path, crosses):
     from aerial_gnss_ros.training.second_look_network import write
     from aerial_gnss_ros.training.second_look_network_fit import fit
 
-    network = fit(crosses, Terms(), 100, seed=1, threads=1)
+    network = fit(crosses, Terms(), 100, seed=1, threads=1, batch=32)
     path = tmp_path / "look.onnx"
     image = np.full((90, 180, 3), 70, np.uint8)
     image[29:61, 41:49] = image[41:49, 29:61] = 200
