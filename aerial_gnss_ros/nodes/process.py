@@ -175,6 +175,7 @@ def work(
         warnings.filterwarnings("ignore", "coroutine 'Executor", RuntimeWarning)
         after()
         rclpy.try_shutdown()
+        remember(())
         for number, handler in former.items():
             signal.signal(number, handler)
     return 0

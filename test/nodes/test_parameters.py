@@ -23,6 +23,7 @@ from rclpy.parameter import Parameter  # noqa: E402
 from aerial_gnss_ros.nodes import process  # noqa: E402
 from aerial_gnss_ros.nodes.estimator_node import EstimatorNode  # noqa: E402
 from aerial_gnss_ros.nodes.parameters import declare, own_values  # noqa: E402
+from aerial_gnss_ros.nodes.ros_arguments import parameter_files  # noqa: E402
 from aerial_gnss_ros.nodes.supervised import Given  # noqa: E402
 
 
@@ -271,6 +272,7 @@ def test_a_bad_parameter_file_ends_with_status_2_and_a_sentence(tmp_path, capfd,
 def test_bad_arguments_end_with_status_2_and_a_sentence(capfd, arguments, sentence):
     assert process.main("estimator", EstimatorNode, ["estimator", *arguments]) == 2
     assert sentence in capfd.readouterr().err.strip().splitlines()[-1]
+    assert not parameter_files()  # another node of this process has arguments of its own
 
 
 def test_files_of_the_program_lie_below_ros_arguments(tmp_path):
