@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.state import TUNING as STATE
+from aerial_gnss_ros.core.numerics.gaussian import inverse
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -218,7 +219,9 @@ class BankState:
         squared, determinants = np.empty((2, len(told), count))
         for i in range(count):
             own, later = slice(2 * i, 2 * i + 2), slice(2 * i + 2, None)
-            precision, determinants[:, i] = _inverse(spread[:, own, own])
+            box = spread[:, own, own]
+            precision = inverse(box)
+            determinants[:, i] = box[:, 0, 0] * box[:, 1, 1] - box[:, 0, 1] ** 2
             off[~seen[:, i], own] = 0.0
             residual = off[:, own]
             squared[:, i] = (residual.swapaxes(1, 2) @ precision @ residual)[:, 0, 0]
@@ -252,15 +255,6 @@ class BankState:
 def _places_of(slot: int) -> NDArray[np.intp]:
     """Return the columns (6,) of a robot."""
     return np.arange(COMMON + OWN * slot, COMMON + OWN * (slot + 1))
-
-
-def _inverse(covariances: Array) -> tuple[Array, Array]:
-    """Return inverses (c, 2, 2) and determinants (c,) of planar covariances."""
-    a, b, d = covariances[:, 0, 0], covariances[:, 0, 1], covariances[:, 1, 1]
-    determinants = a * d - b * b
-    inverses = np.stack([d, -b, -b, a], axis=1).reshape(-1, 2, 2)
-    inverses /= determinants[:, None, None]
-    return inverses, determinants
 
 
 def _clear(mean: Array, covariance: Array, part: slice | NDArray[np.intp]) -> None:

@@ -187,9 +187,8 @@ class LatencyBank:
             interpolation: (h, 6) variances of the poses, see `Views`.
         """
         platform = self._level[:, None, None] * self._slow(now.fix_covariance)
-        first = BankState(platform, self._motion.speed_sigma)
-        state = copy.deepcopy(self._state[0]) if self._state else first
-        each = len(HYPOTHESES)
+        each, speed = len(HYPOTHESES), self._motion.speed_sigma
+        state = copy.deepcopy(self._state[0]) if self._state else BankState(platform, speed)
         self._forget(now.stamp_ns, state)
         if passed > 0.0:
             keep = _kept(passed, self._lasts_s)

@@ -66,7 +66,7 @@ class StateArrays:
         self.unseen: Array = np.zeros(0)
         self.own: Array = np.zeros((2, 0))
         self.manoeuvre_noise = ManoeuvreNoise()
-        self.velocity_changes: VelocityChanges = VelocityChanges()
+        self.velocity_changes = VelocityChanges()
         self.rotation_fault = rotation_fault or RotationFault()
         self.by_pose = np.zeros((0, 4, POSE_COUNT))
         self.camera = np.full(3, np.nan)
