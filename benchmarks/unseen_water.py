@@ -48,7 +48,7 @@ from aerial_gnss_ros.training.proposals import Proposals, joined
 from aerial_gnss_ros.training.score import Score
 from aerial_gnss_ros.training.second_look_network import write
 from aerial_gnss_ros.training.second_look_network_fit import BATCH, fit
-from aerial_gnss_ros.training.second_look_network_pretrained import from_coco, read
+from aerial_gnss_ros.training.second_look_network_pretrained import read, start_from
 from aerial_gnss_ros.training.share import Look, Share, strictest_share
 
 FOUND = (0.94, 0.9, 0.85, 0.8)  # shares of the composed robots where false boxes are compared
@@ -87,12 +87,6 @@ def examples(given: argparse.Namespace, sources: Sequence[str]) -> Proposals:
     return joined(parts)
 
 
-def _start(file: Path | None) -> Any:
-    if file is None:
-        return None
-    return from_coco(file) if file.suffix == ".json" else read(file)
-
-
 def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
     """Return a second look trained without one source, or with all of them, and its share."""
     file = given.output / f"without_{left_out}.onnx"
@@ -101,10 +95,11 @@ def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
     if not file.is_file():
         every = examples(given, sources)
         _say(f"without {left_out}: {len(every)} boxes, {int(every.is_robot.sum())} on robots")
+        start = None if given.start is None else start_from(given.start)
         network = fit(
             every, TERMS, given.steps, given.seed, given.threads,
-            lambda step, loss: _say(f"step {step}: loss {loss:.4f}"), _start(given.start),
-            given.device, given.batch,
+            lambda step, loss: _say(f"step {step}: loss {loss:.4f}"), start, given.device,
+            given.batch,
         )  # fmt: skip
         write(network, TERMS, Share(), file)
     if not chosen.is_file():

@@ -97,7 +97,7 @@ def _train(given: argparse.Namespace) -> None:
 
         from aerial_gnss_ros.training.second_look_network import write
         from aerial_gnss_ros.training.second_look_network_fit import fit
-        from aerial_gnss_ros.training.second_look_network_pretrained import from_coco, read
+        from aerial_gnss_ros.training.second_look_network_pretrained import start_from
     except ImportError as error:
         raise ModelError(
             f"training a second look needs {error.name}; install it with "
@@ -128,7 +128,7 @@ def _train(given: argparse.Namespace) -> None:
         )
     )  # fmt: skip
     start = given.start or second_look_beside(find_model(DetectorConfig.model))
-    network = from_coco(start) if start.suffix == ".json" else read(start)
+    network = start_from(start)
     if given.steps:
         proposals = joined(
             part.times(weight)

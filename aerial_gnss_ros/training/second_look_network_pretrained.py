@@ -99,6 +99,15 @@ class PretrainedNetwork(nn.Module):  # type: ignore[misc]
         return torch.cat([_pooled(stage) for stage in self.backbone(seen)], 1)
 
 
+def start_from(path: Path) -> PretrainedNetwork:
+    """Return the network of `from_coco` for a .json file, of `read` for any other.
+
+    Raises:
+        ModelError: as these do.
+    """
+    return from_coco(path) if path.suffix == ".json" else read(path)
+
+
 def from_coco(path: Path) -> PretrainedNetwork:
     """Return the network with the backbone's weights from a TensorFlow.js file of NanoDet-g.
 
