@@ -193,7 +193,8 @@ def _check(images: Sequence[LabelledImage], names: Sequence[str]) -> None:
 
 
 def _check_seen(examples: Examples, names: Sequence[str], project: Path) -> None:
-    for name, count in zip(names, examples.wanted.sum(axis=0), strict=True):
+    robots = examples.wanted[examples.proposals.is_robot] > 0.0
+    for name, count in zip(names, robots.sum(axis=0), strict=True):
         if count < FEWEST:
             raise InputError(
                 f"only {counted(int(count), 'box')} of {name} found: its colours are too much like "

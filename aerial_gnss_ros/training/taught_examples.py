@@ -18,10 +18,14 @@ from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.training.clutter import Numbers, add_things, pictures
 from aerial_gnss_ros.training.cut_paste import Cutout, pasted
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
-from aerial_gnss_ros.training.proposals import ROOM, Proposals, joined, judged
+from aerial_gnss_ros.training.proposals import ROOM, Proposals, joined
+from aerial_gnss_ros.training.score import MATCH_IOU
 
 Frame = tuple[Image, Truth]
 _REAL = 3.0  # weight of what was seen against what was pasted
+_FITS = (0.3, 0.8)
+"""Overlap (intersection over union) up to which a box is no robot, and from which it is one.
+Between them it is partly one, so that of several boxes on a robot the tightest scores best."""
 _THINGS = Numbers(things=4.0, people=4.0, figures=16.0)
 _LENGTHS = np.array([1.0 / 3.0, 3.0])  # of these things, lengths of the robots
 
@@ -32,7 +36,7 @@ class Examples:
 
     Attributes:
         proposals: the boxes; those of rare classes weigh as much as those of frequent ones.
-        wanted: (n, k) 1 where a box is of a class, else 0.
+        wanted: (n, k) how well a box fits a robot of each class, 0 to 1.
     """
 
     proposals: Proposals
@@ -51,16 +55,16 @@ def examples_of(
         classes: how many there are.
     """
     proposer = Proposer(terms)
-    seen = [_of(proposer, frame, terms) for frame in images]
-    made = [_of(proposer, frame, terms) for frame in variants]
+    seen = [_of(proposer, frame, terms, classes) for frame in images]
+    made = [_of(proposer, frame, terms, classes) for frame in variants]
     both = joined([*(one.times(_REAL) for one, _ in seen), *(one for one, _ in made)])
-    kinds = np.concatenate([kind for _, kind in (*seen, *made)])
-    wanted = (kinds[:, None] == np.arange(classes)).astype(np.float32)
+    wanted = np.concatenate([fits for _, fits in (*seen, *made)])
     weights = both.weights.copy()
-    totals = [weights[kinds == number].sum() for number in range(classes)]
-    for number, total in enumerate(totals):
+    own = [both.is_robot & (fits > 0.0) for fits in wanted.T]
+    totals = [weights[chosen].sum() for chosen in own]
+    for chosen, total in zip(own, totals, strict=True):
         if total > 0.0:
-            weights[kinds == number] *= sum(totals) / total
+            weights[chosen] *= sum(totals) / total
     return Examples(Proposals(both.views, both.traits, both.scores, both.is_robot, weights), wanted)
 
 
@@ -106,15 +110,21 @@ def with_things(rng: np.random.Generator, frame: Frame) -> Frame:
     return add_things(rng, image, truth.corners, _THINGS, paints, (), (least, most)), truth
 
 
-def _of(proposer: Proposer, frame: Frame, terms: Terms) -> tuple[Proposals, NDArray[np.int64]]:
-    """Return what stands out in an image, and its classes: -1 is no robot."""
+def _of(
+    proposer: Proposer, frame: Frame, terms: Terms, classes: int
+) -> tuple[Proposals, NDArray[np.float32]]:
+    """Return what stands out in an image, and how well each box fits robots (n, classes)."""
     image, truth = frame
     found = proposer.detect(image)
-    is_robot, weights = judged(found.xyxy, truth)
-    kinds = np.full(len(found), -1, dtype=np.int64)
-    if len(truth.corners) and len(found):
-        best = iou(found.xyxy, truth.corners).argmax(axis=1)
-        kinds = np.where(is_robot, truth.class_ids[best], -1)
-    shown = views(image, found.xywh, terms, ROOM)
-    own = Proposals(shown, traits(found.xywh, found.scores), found.scores, is_robot, weights)
-    return own, kinds
+    overlaps = iou(found.xyxy, truth.corners)
+    best = overlaps.max(axis=1, initial=0.0)
+    wanted = np.zeros((len(found), classes), dtype=np.float32)
+    if len(truth.corners):
+        kinds = truth.class_ids[overlaps.argmax(axis=1)]
+        low, high = _FITS
+        wanted[np.arange(len(found)), kinds] = np.clip((best - low) / (high - low), 0.0, 1.0)
+    own = Proposals(
+        views(image, found.xywh, terms, ROOM), traits(found.xywh, found.scores), found.scores,
+        best >= MATCH_IOU, np.ones(len(found)),
+    )  # fmt: skip
+    return own, wanted

@@ -40,6 +40,22 @@ def test_each_box_has_its_class(frame):
     assert (found.proposals.is_robot == (found.wanted.sum(axis=1) > 0)).all()
 
 
+@pytest.mark.parametrize(
+    ("right", "fits"),
+    [(99.5, 1.0), (109.5, 1.0), (139.5, 0.4), (159.5, 0.2), (199.5, 0.0)],
+)
+def test_a_larger_box_fits_its_robot_less(frame, right, fits):
+    """The label of the red box reaches further to the right than what is seen of it."""
+    image, truth = frame
+    wide = Truth(
+        np.array([(59.5, 59.5, right, 79.5)]), *(getattr(truth, name)[:1] for name in
+        ("counted", "long_px", "contrast", "class_ids")),
+    )  # fmt: skip
+    found = examples_of([(image, wide)], [], TERMS, 2)
+    assert found.wanted.sum(axis=0) == pytest.approx([0.0, fits], abs=0.02)
+    assert found.proposals.is_robot.any() == (fits >= 0.4)
+
+
 def test_rare_classes_weigh_as_much_as_frequent_ones(frame):
     image, truth = frame
     one = Truth(*(getattr(truth, name)[:1] for name in
@@ -78,7 +94,7 @@ def test_other_things_are_drawn_beside_the_robots_and_are_none(frame):
     changed = np.abs(made.astype(int) - image).max(axis=2) > 20
     assert 0.01 < changed.mean() < 0.5
     seen, more = examples_of([frame], [], TERMS, 2), examples_of([(made, truth)], [], TERMS, 2)
-    assert more.wanted.sum() == seen.wanted.sum()
+    assert more.proposals.is_robot.sum() == seen.proposals.is_robot.sum()
     others = [(one.wanted.sum(axis=1) == 0).sum() for one in (seen, more)]
     assert others[1] >= others[0] + 5
 
