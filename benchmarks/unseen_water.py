@@ -12,8 +12,7 @@ then a network learns from all of them (WORK/second_look.onnx). A stage that is 
 WORK. With `--look` a network that exists is scored in the same way, and nothing trained. `--start`
 is what to go on from: nanodet.json, whose weights know COCO's photographs
 (`training.second_look_network_pretrained`), or a second look that has not seen REAL_WATER either
-(the shipped one has). Without it the small network of `aerial-gnss teach` learns from scratch, to
-compare (`--only` with sources).
+(the shipped one has).
 `--font` is one with coloured bitmaps, whose pictures are drawn into images (`training.drawings`).
 """
 
@@ -95,11 +94,9 @@ def trained(given: argparse.Namespace, left_out: str) -> tuple[Path, Share]:
     if not file.is_file():
         every = examples(given, sources)
         _say(f"without {left_out}: {len(every)} boxes, {int(every.is_robot.sum())} on robots")
-        start = None if given.start is None else start_from(given.start)
         network = fit(
-            every, TERMS, given.steps, given.seed, given.threads,
-            lambda step, loss: _say(f"step {step}: loss {loss:.4f}"), start, given.device,
-            given.batch,
+            every, TERMS, given.steps, given.seed, start_from(given.start), given.threads,
+            lambda step, loss: _say(f"step {step}: loss {loss:.4f}"), given.device, given.batch,
         )  # fmt: skip
         write(network, TERMS, Share(), file)
     if not chosen.is_file():
@@ -166,6 +163,8 @@ def main() -> None:
         sources = [source for source in given.only if source != ALL]
         tell(given, given.look, Share(given.weight or 1.0), sources)
         return
+    if given.start is None:
+        parser.error("give --start, or --look.")
     prepare(given)
     for left_out in given.only:
         file, share = trained(given, left_out)

@@ -47,6 +47,7 @@ from aerial_gnss_ros.training.taught_examples import (
 NETWORK, ABOUT, STATE = "taught.onnx", "taught.json", ".training.pt"
 FEWEST = 10
 """Boxes of a class below which nothing can be learnt of it."""
+_METHOD = "from the shipped second look"  # another method's network or state is no use
 _CHOOSING = 0.2  # share of the images to learn from, their end, that decides the threshold
 _MOST_IMAGES, _MOST_CHOOSING = 120, 40  # neighbouring frames are nearly the same
 _VARIANTS, _EACH = 120, 8
@@ -80,7 +81,7 @@ class Learnt:
     """A taught detector.
 
     Attributes:
-        data: fingerprint of labels, images and plan.
+        data: fingerprint of labels, images, plan and method.
         classes: their names.
         threshold: score threshold with the best F1 on the last of the images to learn from.
         confirm_score: that nearly all boxes on robots kept aside exceed; 0: not known.
@@ -305,7 +306,7 @@ def _scored(
 
 
 def _fingerprint(dataset: Path, plan: Plan) -> str:
-    digest = hashlib.sha256(f"{plan.seed} {plan.water}".encode())
+    digest = hashlib.sha256(f"{_METHOD} {plan.seed} {plan.water}".encode())
     for path in sorted((dataset / "labels").rglob("*.txt")):
         digest.update(f"{path.relative_to(dataset)}\n".encode() + path.read_bytes())
     for path in sorted((dataset / "images").rglob("*")):

@@ -139,7 +139,7 @@ def _train(given: argparse.Namespace) -> None:
             f"{counted(len(proposals), 'box')}, {int(proposals.is_robot.sum())} on robots\n"
         )
         network = fit(
-            proposals, terms, given.steps, given.seed, given.threads, _tell, network, given.device
+            proposals, terms, given.steps, given.seed, network, given.threads, _tell, given.device
         )  # fmt: skip
     with partial(given.output) as file:
         write(network, terms, Share(), file)

@@ -17,12 +17,10 @@ from torch.nn import functional
 
 from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.training.proposals import Proposals
-from aerial_gnss_ros.training.second_look_network import Network
 from aerial_gnss_ros.training.second_look_network_views import Variation, varied
 
 BATCH = 128
-_RATE, _WARM_UP, _DECAY = 2e-3, 100, 0.02
-_FURTHER_RATE = 5e-4  # of a network that has learnt before
+_RATE, _WARM_UP, _DECAY = 5e-4, 100, 0.02
 _AVERAGED = 0.998
 _ROBOT_SHARE = 0.5
 _SOFT = 0.01  # labels of 0.01 and 0.99: a few are wrong
@@ -54,9 +52,9 @@ def fit(
     terms: Terms,
     steps: int,
     seed: int,
+    network: Any,
     threads: int = 0,
     report: Callable[[int, float], None] | None = None,
-    network: Any = None,
     device: str = "cpu",
     batch: int = BATCH,
 ) -> Any:
@@ -68,17 +66,15 @@ def fit(
         terms: of the look.
         steps: of `batch` boxes each.
         seed: same seed, same network, on one kind of processor.
+        network: to go on from.
         threads: of the processor; 0: one for each core.
         report: called periodically with the step and the mean loss.
-        network: one that has learnt before, to go on from; None: `Network`, from scratch.
         device: of torch, to train on.
         batch: boxes of a step.
     """
     if threads:
         torch.set_num_threads(threads)
-    fitting = Fitting(
-        proposals, terms, steps, seed, network=network, device=device, batch=batch
-    )  # fmt: skip
+    fitting = Fitting(proposals, terms, steps, seed, network, device=device, batch=batch)
     losses = []
     for step in range(steps):
         losses.append(fitting.advance())
@@ -95,9 +91,9 @@ class Fitting:
         terms: of the look.
         steps: planned; the learning rate falls over them.
         seed: as for `fit`.
+        network: as for `fit`.
         wanted: (n, k) 1 where a proposal is of a class, else 0; None: one output, `is_robot`.
         variation: of the views.
-        network: as for `fit`.
         device: as for `fit`.
         batch: as for `fit`.
     """
@@ -108,9 +104,9 @@ class Fitting:
         terms: Terms,
         steps: int,
         seed: int,
+        network: Any,
         wanted: NDArray[np.float32] | None = None,
         variation: Variation | None = None,
-        network: Any = None,
         device: str = "cpu",
         batch: int = BATCH,
     ) -> None:
@@ -121,8 +117,7 @@ class Fitting:
         self._variation = variation or Variation()
         self._wanted = proposals.is_robot.astype(np.float32) if wanted is None else wanted
         self.step = 0
-        self._first = _RATE if network is None else _FURTHER_RATE
-        self.network = network or Network(0 if wanted is None else wanted.shape[1])
+        self.network = network
         self.network.to(device, memory_format=torch.channels_last)
         self.network.train()
         self._optimizer = torch.optim.AdamW(
@@ -134,7 +129,7 @@ class Fitting:
     def advance(self) -> float:
         """Learn from one batch; return its loss."""
         warm = min(1.0, (self.step + 1) / _WARM_UP)
-        rate = self._first * warm * 0.5 * (1 + math.cos(math.pi * self.step / self._steps))
+        rate = _RATE * warm * 0.5 * (1 + math.cos(math.pi * self.step / self._steps))
         for group in self._optimizer.param_groups:
             group["lr"] = rate + 1e-5
         chosen = self._rng.choice(len(self._proposals), self._batch, p=self._chances)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The network of the second look that ships: a backbone that knows photographs, and a head.
+"""The network of second looks and of `teach`: a backbone that knows photographs, and a head.
 
 What has learnt from a few thousand images of water takes whatever else it meets there for a robot.
 The backbone here has learnt to tell 80 kinds of things apart on the photographs of COCO, as that of
@@ -71,12 +71,16 @@ class Backbone(nn.Module):  # type: ignore[misc]
 
 
 class PretrainedNetwork(nn.Module):  # type: ignore[misc]
-    """Views (n, 6, side, side) and traits (n, 3) to log odds (n,) that a box fits a robot."""
+    """Views (n, 6, side, side) and traits (n, 3) to log odds: (n,), or (n, classes).
 
-    classes = 0
+    Args:
+        classes: number of classes that it tells apart; 0: it says only whether a box fits.
+        side: pixels at which the backbone sees views.
+    """
 
-    def __init__(self) -> None:
+    def __init__(self, classes: int = 0, side: int = SIDE) -> None:
         super().__init__()
+        self.classes, self.side = classes, side
         self.backbone = Backbone()
         for name, values in (("mean", _MEAN), ("deviation", _DEVIATION)):
             levels = torch.tensor(values).reshape(1, 3, 1, 1) / 255.0
@@ -84,18 +88,20 @@ class PretrainedNetwork(nn.Module):  # type: ignore[misc]
         self.norm = nn.BatchNorm1d(_FEATURES, affine=False)
         self.head = nn.Sequential(
             nn.Dropout(_DROPPED), nn.Linear(_FEATURES + 3, _HIDDEN), nn.SiLU(),
-            nn.Linear(_HIDDEN, 1),
+            nn.Linear(_HIDDEN, max(1, classes)),
         )  # fmt: skip
 
     def forward(self, views: Any, traits: Any) -> Any:
         """Return log odds that a box fits a robot."""
         values = views / 4.0 + 0.45  # undoes `scaled`
         both = torch.cat([self._features(values[:, :3]), self._features(values[:, 3:])], 1)
-        return self.head(torch.cat([self.norm(both), traits], 1))[:, 0]
+        odds = self.head(torch.cat([self.norm(both), traits], 1))
+        return odds if self.classes else odds[:, 0]
 
     def _features(self, levels: Any) -> Any:
         seen = (levels - self.mean) / self.deviation
-        seen = functional.interpolate(seen, size=(SIDE, SIDE), mode="bilinear", align_corners=False)
+        size = (self.side, self.side)
+        seen = functional.interpolate(seen, size=size, mode="bilinear", align_corners=False)
         return torch.cat([_pooled(stage) for stage in self.backbone(seen)], 1)
 
 

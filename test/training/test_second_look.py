@@ -21,6 +21,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from scored import truth_of
 
+SHIPPED = Path(__file__).parents[2] / "models/aqua_yolo11n_second_look.onnx"
+
 
 def test_what_counts_as_a_robot():
     robot = (0.0, 0.0, 20.0, 20.0)
@@ -83,8 +85,9 @@ def test_it_learns_what_the_detector_does_not_know(tmp_path, crosses):
     pytest.importorskip("torch", reason="needs the extra [ultralytics]")
     from aerial_gnss_ros.training.second_look_network import write
     from aerial_gnss_ros.training.second_look_network_fit import fit
+    from aerial_gnss_ros.training.second_look_network_pretrained import read
 
-    network = fit(crosses, Terms(), 100, seed=1, threads=1, batch=32)
+    network = fit(crosses, Terms(), 40, 1, read(SHIPPED), threads=1, batch=32)
     path = tmp_path / "look.onnx"
     image = np.full((90, 180, 3), 70, np.uint8)
     image[29:61, 41:49] = image[41:49, 29:61] = 200
@@ -110,11 +113,11 @@ def test_it_goes_on_from_a_network_that_has_learnt(tmp_path, crosses):
     from aerial_gnss_ros.training.second_look_network_pretrained import PretrainedNetwork, read
 
     path = tmp_path / "look.onnx"
-    network = fit(crosses, Terms(), 12, seed=1, threads=1, network=PretrainedNetwork(), batch=32)
+    network = fit(crosses, Terms(), 12, 1, PretrainedNetwork(), threads=1, batch=32)
     write(network, Terms(), Share(), path)
     views, traits = crosses.views[:64, 8:72, 8:72], crosses.traits[:64]
     before = SecondLook(path, 1).run(views, traits)
-    write(fit(crosses, Terms(), 1, seed=2, threads=1, network=read(path)), Terms(), Share(), path)
+    write(fit(crosses, Terms(), 1, 2, read(path), threads=1), Terms(), Share(), path)
     after = SecondLook(path, 1).run(views, traits)
     # What it knows of crosses remains, although its first steps of a new training are small.
     robots = crosses.is_robot[:64]

@@ -11,6 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.values.errors import OutputError
 from aerial_gnss_ros.detection.second_look import SecondLook
+from aerial_gnss_ros.detection.select import find_model
 from aerial_gnss_ros.detection.taught import TERMS
 from aerial_gnss_ros.training.proposals import Proposals
 from aerial_gnss_ros.training.share import Share
@@ -50,6 +51,16 @@ def test_it_tells_classes_and_others_apart(tmp_path):
     scores = second.run(other.proposals.views[:, 8:72, 8:72], other.proposals.traits)
     assert (scores[other.wanted > 0] > 0.5).mean() > 0.95
     assert (scores[other.wanted == 0] < 0.5).mean() > 0.95
+
+
+def test_it_starts_from_the_first_layers_of_the_shipped_second_look(tmp_path):
+    from aerial_gnss_ros.training.second_look_network_pretrained import read
+    from aerial_gnss_ros.training.second_look_network_taught import fit_taught
+
+    begun = fit_taught(_examples(1, 40), ROBOTS, 0, 1, tmp_path / "s.pt", _nothing, 1)
+    shipped = read(find_model("aqua_yolo11n_second_look.onnx")).backbone.state_dict()
+    for name, value in begun.backbone.state_dict().items():
+        torch.testing.assert_close(value, shipped[name], rtol=0.0, atol=0.0)
 
 
 def test_killed_it_goes_on_to_the_same_network(tmp_path, monkeypatch):
