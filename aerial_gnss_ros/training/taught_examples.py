@@ -23,7 +23,7 @@ from aerial_gnss_ros.training.score import MATCH_IOU
 
 Frame = tuple[Image, Truth]
 _REAL = 3.0  # weight of what was seen against what was pasted
-_FITS = (0.3, 0.8)
+_FITS = (0.3, 0.6)
 """Overlap (intersection over union) up to which a box is no robot, and from which it is one.
 Between them it is partly one, so that of several boxes on a robot the tightest scores best."""
 _THINGS = Numbers(things=4.0, people=4.0, figures=16.0)
