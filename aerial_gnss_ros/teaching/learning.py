@@ -7,7 +7,6 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import json
-import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
@@ -28,20 +27,20 @@ from aerial_gnss_ros.detection.taught import TERMS, TaughtDetector
 from aerial_gnss_ros.resources import install_hint
 from aerial_gnss_ros.teaching.advice import least_score
 from aerial_gnss_ros.teaching.dataset import FOLDER
+from aerial_gnss_ros.teaching.threshold import THRESHOLDS, best_threshold
 from aerial_gnss_ros.text.json_text import parse_json
 from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.composing import photographs_of
 from aerial_gnss_ros.training.cut_paste import Cutout, cut_out
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_labels
 from aerial_gnss_ros.training.layout import open_dataset
-from aerial_gnss_ros.training.score import Score, score_above
+from aerial_gnss_ros.training.score import Score
 from aerial_gnss_ros.training.share import Share
 from aerial_gnss_ros.training.taught_examples import (
     Examples,
     Frame,
     examples_of,
     varied,
-    with_things,
 )
 
 NETWORK, ABOUT, STATE = "taught.onnx", "taught.json", ".training.pt"
@@ -51,10 +50,6 @@ _METHOD = "from the shipped second look"  # another method's network or state is
 _CHOOSING = 0.2  # share of the images to learn from, their end, that decides the threshold
 _MOST_IMAGES, _MOST_CHOOSING = 120, 40  # neighbouring frames are nearly the same
 _VARIANTS, _EACH = 120, 8
-_DRAWN = 3  # times that other things are drawn into an image that decides the threshold
-_THRESHOLDS = tuple(round(1.0 / (1.0 + math.exp(-0.1 * i)), 4) for i in range(-40, 61))
-"""Equal steps of log odds: most scores are near 0 or 1."""
-_SHIFT = 20  # of these steps, 2 in log odds: by so much robots score lower on other water
 
 Progress = Callable[[str, int, str], AbstractContextManager[Callable[[int], None]]]
 """Reports long work: its name, its amount, the unit."""
@@ -83,7 +78,7 @@ class Learnt:
     Attributes:
         data: fingerprint of labels, images, plan and method.
         classes: their names.
-        threshold: score threshold with the best F1 on the last of the images to learn from.
+        threshold: score threshold with the best F0.5 on the last of the images to learn from.
         confirm_score: that nearly all boxes on robots kept aside exceed; 0: not known.
         images: number that was kept aside to score on.
         robots: labelled in them.
@@ -162,7 +157,8 @@ def learn(project: Path, plan: Plan, progress: Progress) -> Learnt:
     _train(project, examples, terms, plan, progress)
     trained = time.perf_counter() - began
     second = SecondLook(project / NETWORK, plan.threads)
-    threshold = _threshold(second, _some(choosing, _MOST_CHOOSING), plan.seed)
+    detector = _detector(second, THRESHOLDS[0])
+    threshold = best_threshold(detector, _some(choosing, _MOST_CHOOSING), plan.seed)
     kept = list(read_labels(dataset, "val")) if any((dataset / "images/val").glob("*")) else []
     scored, scores, image_ms = _scored(second, threshold, kept)
     overall = scored.overall
@@ -265,31 +261,6 @@ def _some(images: Sequence[LabelledImage], most: int) -> list[LabelledImage]:
 def _detector(second: SecondLook, threshold: float) -> TaughtDetector:
     config = DetectorConfig(model=ANOMALY, second_look=str(second.name), score_threshold=threshold)
     return TaughtDetector(config, second)
-
-
-def _threshold(second: SecondLook, images: Sequence[LabelledImage], seed: int) -> float:
-    """Return the threshold with the best F1 in the mean over thresholds around it.
-
-    Of equal ones it is the middle. The mean, as F1 is nearly the same over a wide range, and the
-    best of so few images may be at the end of it, where most robots are lost if they score a little
-    lower on other water. Images count as they are, and with other things drawn into them, as
-    another place has them.
-    """
-    rng = np.random.default_rng(seed)
-    detector = _detector(second, _THRESHOLDS[0])
-    pairs = []
-    for image in images:
-        seen = image.read(), image.truth
-        frames = [seen, *(with_things(rng, seen) for _ in range(_DRAWN))]
-        pairs += [(detector.detect(shown), truth) for shown, truth in frames]
-    reached = []
-    for threshold in _THRESHOLDS:
-        tally = score_above(pairs, threshold).overall
-        reached.append(2.0 * tally.found / max(1, tally.robots + tally.found + tally.false))
-    around = np.ones(2 * _SHIFT + 1) / (2 * _SHIFT + 1)
-    means = np.convolve(np.pad(reached, _SHIFT, mode="edge"), around, mode="valid")
-    best = np.flatnonzero(np.isclose(means, means.max()))
-    return _THRESHOLDS[int(best[len(best) // 2])]
 
 
 def _scored(

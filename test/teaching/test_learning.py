@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import importlib.util
-import itertools
 from contextlib import contextmanager
 
 import cv2
@@ -16,7 +15,6 @@ from aerial_gnss_ros.bags.pictures import open_pictures
 from aerial_gnss_ros.core.values.errors import InputError, ModelError
 from aerial_gnss_ros.detection.config import detector_config
 from aerial_gnss_ros.detection.images import read_image
-from aerial_gnss_ros.detection.second_look_terms import log_odds, score_of
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.teaching import learning
 from aerial_gnss_ros.teaching.clicks import Click
@@ -135,55 +133,3 @@ def test_without_torch_it_says_what_to_install(work, monkeypatch):
     )
     with pytest.raises(ModelError, match=r"needs torch; install it with .*\[training\]"):
         learn(work(6), Plan(), _quiet)
-
-
-@pytest.fixture(name="chosen")
-def _chosen(monkeypatch):
-    """Return a function: the threshold for a detector that is given, on so many images.
-
-    Each has even water and a robot; the detector is given the image and its number.
-    """
-    from aerial_gnss_ros.detection.base import Detections
-    from aerial_gnss_ros.training.labelled import LabelledImage, Truth
-
-    boxes = np.array([[50.0, 50.0, 20.0, 20.0], [150.0, 50.0, 20.0, 20.0]])
-
-    def threshold(scores, count=1):
-        seen = itertools.count()
-
-        class Known:
-            def detect(self, image):
-                given = np.array(scores(image, next(seen)))
-                some = len(given)
-                return Detections(boxes[:some], given, np.zeros(some, np.int64), ("fin",))
-
-        monkeypatch.setattr(learning, "_detector", lambda *_args: Known())
-        truth = Truth(
-            np.array([[40.0, 40.0, 60.0, 60.0]]), np.ones(1, bool), np.ones(1), np.ones(1),
-            np.zeros(1, np.int64),
-        )  # fmt: skip
-        image = LabelledImage("a", truth, lambda: np.zeros((100, 200, 3), np.uint8))
-        return learning._threshold(None, [image] * count, 1)
-
-    return threshold
-
-
-def test_the_threshold_is_the_middle_of_the_best(chosen):
-    """Robots have scores of 0.97, others of 0.1: the middle of log odds is as far from both."""
-    middle = score_of(0.5 * (log_odds(0.97) + log_odds(0.1)))
-    assert chosen(lambda *_: [0.97, 0.1]) == pytest.approx(middle, abs=0.015)
-
-
-def test_the_threshold_is_chosen_with_other_things_in_view(chosen):
-    """The recording shows one robot of 0.98; what is drawn beside it has 0.4.
-
-    Without the things any threshold up to 0.98 would be as good.
-    """
-    found = chosen(lambda image, _: [0.98, 0.4] if image.std() > 0.0 else [0.98])
-    middle = score_of(0.5 * (log_odds(0.98) + log_odds(0.4)))
-    assert found == pytest.approx(middle, abs=0.015)
-
-
-def test_one_thing_that_scores_as_a_robot_does_not_put_the_threshold_beside_the_robots(chosen):
-    """F1 is best between 0.88 and 0.9, where robots that score a little lower are lost."""
-    assert 0.2 < chosen(lambda _, number: [0.9, 0.88 if number == 7 else 0.2], 10) < 0.8
