@@ -93,6 +93,7 @@ def main() -> None:
     parser.add_argument("--last", type=int, help="only so many images at the end")
     parser.add_argument("--blind", action="store_true", help="without telemetry")
     parser.add_argument("--train", action="store_true", help="train a detector and score it")
+    parser.add_argument("--start", type=Path, help="first layers: second look, or nanodet.json")
     parser.add_argument("--score", type=Path, metavar="FLIGHT_BAG", help="flight to score on")
     parser.add_argument("--clicks", type=Path, metavar="JSON", help="write the clicks that it made")
     args = parser.parse_args()
@@ -118,7 +119,9 @@ def _train(args: argparse.Namespace, session: Session, folder: Path) -> None:
     """Train, and print scores on images that were neither labelled nor learnt from."""
     began, used = time.perf_counter(), time.process_time()
     write_dataset(session, folder)
-    learnt = learn(folder, Plan(threads=1), lambda *_args: nullcontext(lambda _done: None))
+    learnt = learn(
+        folder, Plan(threads=1, start=args.start), lambda *_args: nullcontext(lambda _done: None)
+    )  # fmt: skip
     print(f"trained on {learnt.boxes} boxes in {time.perf_counter() - began:.0f} s, "
           f"{time.process_time() - used:.0f} s of one core; on {learnt.robots} labels kept aside "
           f"precision {learnt.precision:.3f}, recall {learnt.recall:.3f}, threshold "

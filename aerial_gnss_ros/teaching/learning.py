@@ -64,11 +64,14 @@ class Plan:
             recording's own.
         seed: same seed and labels, same network.
         threads: of the processor; 0: one for each core.
+        start: file of the network whose first layers it starts from, see `start_from`; None: the
+            shipped second look.
     """
 
     water: Path | None = None
     seed: int = 0
     threads: int = 0
+    start: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -207,7 +210,7 @@ def _train(project: Path, examples: Examples, terms: Terms, plan: Plan, progress
 
     with progress("training", STEPS, "steps") as report:
         network = fit_taught(
-            examples, terms, STEPS, plan.seed, project / STATE, report, plan.threads
+            examples, terms, STEPS, plan.seed, project / STATE, report, plan.threads, plan.start
         )
     with partial(project / NETWORK) as file:
         write(network, terms, Share(), file)
@@ -277,7 +280,7 @@ def _scored(
 
 
 def _fingerprint(dataset: Path, plan: Plan) -> str:
-    digest = hashlib.sha256(f"{_METHOD} {plan.seed} {plan.water}".encode())
+    digest = hashlib.sha256(f"{_METHOD} {plan.seed} {plan.water} {plan.start}".encode())
     for path in sorted((dataset / "labels").rglob("*.txt")):
         digest.update(f"{path.relative_to(dataset)}\n".encode() + path.read_bytes())
     for path in sorted((dataset / "images").rglob("*")):

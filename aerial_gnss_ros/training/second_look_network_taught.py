@@ -19,7 +19,7 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.detection.select import find_model, second_look_beside
 from aerial_gnss_ros.training.second_look_network_fit import Fitting
-from aerial_gnss_ros.training.second_look_network_pretrained import PretrainedNetwork, read
+from aerial_gnss_ros.training.second_look_network_pretrained import PretrainedNetwork, start_from
 from aerial_gnss_ros.training.second_look_network_views import Variation
 from aerial_gnss_ros.training.taught_examples import Examples
 
@@ -39,6 +39,7 @@ def fit_taught(
     state: Path,
     report: Callable[[int], None],
     threads: int = 0,
+    start: Path | None = None,
 ) -> PretrainedNetwork:
     """Return the network.
 
@@ -51,14 +52,15 @@ def fit_taught(
             and then.
         report: called with the number of steps done.
         threads: of the processor; 0: one for each core.
+        start: file of the first layers, see `start_from`; None: the shipped second look.
 
     Raises:
-        ModelError: the shipped second look is missing.
+        ModelError: that file is missing or another network's.
         OutputError: the state cannot be written.
     """
     if threads:
         torch.set_num_threads(threads)
-    network = _begun(len(terms.class_names), seed)
+    network = _begun(len(terms.class_names), seed, start)
     fitting = Fitting(
         examples.proposals, terms, steps, seed, network, examples.wanted, _VARIATION
     )  # fmt: skip
@@ -74,12 +76,12 @@ def fit_taught(
     return learnt
 
 
-def _begun(classes: int, seed: int) -> PretrainedNetwork:
-    """Return a network with the shipped one's first layers, and a head that knows nothing."""
+def _begun(classes: int, seed: int, start: Path | None) -> PretrainedNetwork:
+    """Return a network with another one's first layers, and a head that knows nothing."""
     torch.manual_seed(seed)
     network = PretrainedNetwork(classes, _SIDE)
-    shipped = read(second_look_beside(find_model(DetectorConfig.model)))
-    network.backbone.load_state_dict(shipped.backbone.state_dict())
+    known = start_from(start or second_look_beside(find_model(DetectorConfig.model)))
+    network.backbone.load_state_dict(known.backbone.state_dict())
     return network
 
 

@@ -53,14 +53,20 @@ def test_it_tells_classes_and_others_apart(tmp_path):
     assert (scores[other.wanted == 0] < 0.5).mean() > 0.95
 
 
-def test_it_starts_from_the_first_layers_of_the_shipped_second_look(tmp_path):
-    from aerial_gnss_ros.training.second_look_network_pretrained import read
+@pytest.mark.parametrize("stated", [False, True])
+def test_it_starts_from_the_first_layers_of_the_shipped_second_look_or_another(tmp_path, stated):
+    from aerial_gnss_ros.training import second_look_network_pretrained as pretrained
+    from aerial_gnss_ros.training.second_look_network import write
     from aerial_gnss_ros.training.second_look_network_taught import fit_taught
 
-    begun = fit_taught(_examples(1, 40), ROBOTS, 0, 1, tmp_path / "s.pt", _nothing, 1)
-    shipped = read(find_model("aqua_yolo11n_second_look.onnx")).backbone.state_dict()
+    start = tmp_path / "other.onnx" if stated else find_model("aqua_yolo11n_second_look.onnx")
+    if stated:
+        write(pretrained.PretrainedNetwork().eval(), TERMS, Share(), start)
+    given = start if stated else None
+    begun = fit_taught(_examples(1, 40), ROBOTS, 0, 1, tmp_path / "s.pt", _nothing, 1, given)
+    known = pretrained.read(start).backbone.state_dict()
     for name, value in begun.backbone.state_dict().items():
-        torch.testing.assert_close(value, shipped[name], rtol=0.0, atol=0.0)
+        torch.testing.assert_close(value, known[name], rtol=0.0, atol=0.0)
 
 
 def test_killed_it_goes_on_to_the_same_network(tmp_path, monkeypatch):
