@@ -36,12 +36,7 @@ from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_labels
 from aerial_gnss_ros.training.layout import open_dataset
 from aerial_gnss_ros.training.score import Score
 from aerial_gnss_ros.training.share import Share
-from aerial_gnss_ros.training.taught_examples import (
-    Examples,
-    Frame,
-    examples_of,
-    varied,
-)
+from aerial_gnss_ros.training.taught_examples import Examples, Frame, examples_of, varied
 
 NETWORK, ABOUT, STATE = "taught.onnx", "taught.json", ".training.pt"
 FEWEST = 10

@@ -4,17 +4,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from aerial_gnss_ros.detection.base import Detector
+from aerial_gnss_ros.detection.second_look_terms import score_of
 from aerial_gnss_ros.training.labelled import LabelledImage
 from aerial_gnss_ros.training.score import score_above
 from aerial_gnss_ros.training.taught_examples import with_things
 
-THRESHOLDS = tuple(round(1.0 / (1.0 + math.exp(-0.1 * i)), 4) for i in range(-40, 61))
+THRESHOLDS = tuple(round(float(score_of(0.1 * i)), 4) for i in range(-40, 61))
 """Equal steps of log odds: most scores are near 0 or 1."""
 DRAWN = 3
 """Times that other things are drawn into an image."""

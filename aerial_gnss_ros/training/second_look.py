@@ -18,7 +18,7 @@ from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.second_look import SecondLook
 from aerial_gnss_ros.detection.second_look_terms import Terms
-from aerial_gnss_ros.detection.select import find_model, load_detector, second_look_beside
+from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.resources import install_hint
 from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.compare import labelled as open_images
@@ -127,8 +127,7 @@ def _train(given: argparse.Namespace) -> None:
             second_look="off", threads=given.threads,
         )
     )  # fmt: skip
-    start = given.start or second_look_beside(find_model(DetectorConfig.model))
-    network = start_from(start)
+    network = start_from(given.start)
     if given.steps:
         proposals = joined(
             part.times(weight)

@@ -92,7 +92,8 @@ class Fitting:
         steps: planned; the learning rate falls over them.
         seed: as for `fit`.
         network: as for `fit`.
-        wanted: (n, k) 1 where a proposal is of a class, else 0; None: one output, `is_robot`.
+        wanted: (n, k) how well a proposal fits a robot of each class, 0 to 1; None: one output,
+            `is_robot`.
         variation: of the views.
         device: as for `fit`.
         batch: as for `fit`.

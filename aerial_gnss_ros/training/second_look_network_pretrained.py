@@ -18,6 +18,8 @@ from torch import nn
 from torch.nn import functional
 
 from aerial_gnss_ros.core.values.errors import ModelError
+from aerial_gnss_ros.detection.config import DetectorConfig
+from aerial_gnss_ros.detection.select import find_model, second_look_beside
 from aerial_gnss_ros.training.tfjs_weights import read_tfjs_weights
 
 SIDE = 96
@@ -105,12 +107,17 @@ class PretrainedNetwork(nn.Module):  # type: ignore[misc]
         return torch.cat([_pooled(stage) for stage in self.backbone(seen)], 1)
 
 
-def start_from(path: Path) -> PretrainedNetwork:
+def start_from(path: Path | None) -> PretrainedNetwork:
     """Return the network of `from_coco` for a .json file, of `read` for any other.
 
+    Args:
+        path: of the file; None: the shipped second look.
+
     Raises:
-        ModelError: as these do.
+        ModelError: as these do; nothing is shipped.
     """
+    if path is None:
+        path = second_look_beside(find_model(DetectorConfig.model))
     return from_coco(path) if path.suffix == ".json" else read(path)
 
 

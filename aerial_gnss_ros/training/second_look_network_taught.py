@@ -15,16 +15,14 @@ from typing import Any
 import torch
 
 from aerial_gnss_ros.core.values.errors import OutputError
-from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.second_look_terms import Terms
-from aerial_gnss_ros.detection.select import find_model, second_look_beside
 from aerial_gnss_ros.training.second_look_network_fit import Fitting
 from aerial_gnss_ros.training.second_look_network_pretrained import PretrainedNetwork, start_from
 from aerial_gnss_ros.training.second_look_network_views import Variation
 from aerial_gnss_ros.training.taught_examples import Examples
 
 STEPS = 500
-"""Of 128 boxes each: three minutes of one core."""
+"""Of 128 boxes each. Judged."""
 _SIDE = 64  # of what the backbone sees, px: half the time of the shipped second look's 96
 _STORED_EVERY = 50
 # A robot is known by its colours.
@@ -80,8 +78,7 @@ def _begun(classes: int, seed: int, start: Path | None) -> PretrainedNetwork:
     """Return a network with another one's first layers, and a head that knows nothing."""
     torch.manual_seed(seed)
     network = PretrainedNetwork(classes, _SIDE)
-    known = start_from(start or second_look_beside(find_model(DetectorConfig.model)))
-    network.backbone.load_state_dict(known.backbone.state_dict())
+    network.backbone.load_state_dict(start_from(start).backbone.state_dict())
     return network
 
 
