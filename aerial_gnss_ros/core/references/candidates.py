@@ -72,13 +72,15 @@ class Motion:
     """Apparent motion of a track that may be a reference that stays.
 
     Attributes:
-        nats: log odds that it is the reference, which stays, to that it is something else.
+        nats: log odds that it is the reference and stays, to that it is something else.
+        adrift: log odds that it is the reference and has come loose, to the same.
         metres: by which it has moved, where what speaks for that is most; 0: nothing does.
         misfit: what other tracks are off by, one variance of each axis, if it stays: its motion is
             then an error of the platform beyond the stated ones, m².
     """
 
     nats: float = 0.0
+    adrift: float = 0.0
     metres: float = 0.0
     misfit: float = 0.0
 

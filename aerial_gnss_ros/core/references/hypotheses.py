@@ -5,8 +5,8 @@
 A hypothesis says of each reference which track it is, or that it is none of them: out of view, or
 not where it is said to be. Under it the positions of those tracks have the normal law that filter
 and references state together, with what they share through the platform: two references support
-one another even where the receiver is poor. Any other track lies anywhere nearby, and may move
-(`stationarity`).
+one another even where the receiver is poor. Any other track lies anywhere nearby, and may move; so
+may a reference that has come loose (`stationarity`).
 """
 
 from __future__ import annotations
@@ -34,6 +34,9 @@ class HypothesesTuning:
     """Share of references that are wrong: mistyped, moved, or another one of the kind. Judged."""
     other_share: float = 0.05
     """The same where more tracks of that class than references are in view. Judged."""
+    adrift: float = 0.1
+    """Share of references that are adrift, of those that are not where they are said to be: most of
+    these are mistyped, or another track of their class. Judged."""
     largest_count: int = 256
     """At most so many hypotheses are weighed; the tracks farthest off are left out. Judged."""
 
@@ -77,7 +80,8 @@ def hypotheses(law: PositionLaw, candidates: list[Candidate]) -> list[Hypothesis
         for one, row in zip(candidates, chosen, strict=True):
             share = TUNING.other_share if one.crowded else TUNING.wrong_share
             if row is None:
-                fits += math.log(share)
+                free = (one.motion(other).adrift for other in one.rows if other not in chosen)
+                fits += math.log(share) + _log_none(max(free, default=0.0))
             else:
                 fits += math.log(1.0 - share) - alone[one.name, row]
                 fits += one.motion(row).nats
@@ -101,6 +105,15 @@ def _choices(candidates: list[Candidate]) -> list[list[int | None]]:
         kept = one.rows[:most] if 2 * count <= TUNING.largest_count else ()
         choices.append([None, *kept])
     return choices
+
+
+def _log_none(adrift: float) -> float:
+    """Return the log likelihood of motions if a reference is none of the tracks, or adrift.
+
+    Args:
+        adrift: log odds of the track whose motion speaks most for that it is adrift.
+    """
+    return float(np.logaddexp(math.log1p(-TUNING.adrift), math.log(TUNING.adrift) + adrift))
 
 
 def _log_normal(law: PositionLaw, pairs: list[tuple[Candidate, int]], more: float = 0.0) -> float:

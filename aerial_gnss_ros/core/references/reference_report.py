@@ -12,6 +12,7 @@ import numpy as np
 
 from aerial_gnss_ros.core.models.evidence import CLEAR_NATS, UNCLEAR
 from aerial_gnss_ros.core.references.candidates import Candidate, NamedTrack
+from aerial_gnss_ros.core.references.hypotheses import TUNING as HYPOTHESES
 from aerial_gnss_ros.core.references.hypotheses import Hypothesis
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 from aerial_gnss_ros.core.values.events import Events, WarningText
@@ -105,14 +106,14 @@ class ReferenceReport:
         ]
         metres, row = min(distances)
         label = tracks[row].robot_id
+        if likely > 1.0 - UNCLEAR > likeliest:
+            return f"{begin}: it may be one of several of its class; give it a class of its own."
         motion = one.motion(row)
-        if motion.metres and motion.nats < -CLEAR_NATS:
+        if motion.metres and motion.adrift - motion.nats + math.log(HYPOTHESES.adrift) > CLEAR_NATS:
             return (
                 f"{begin}: {label} has moved by {motion.metres:.1f} m, which what has a position "
                 "cannot; give it a topic, or a radius_m."
             )
-        if likely > 1.0 - UNCLEAR > likeliest:
-            return f"{begin}: it may be one of several of its class; give it a class of its own."
         own = law.places([row])
         sigma = math.sqrt(float(np.trace(law.covariance[np.ix_(own, own)] + one.spread)) / 2.0)
         seen = (

@@ -62,12 +62,57 @@ def test_odds_are_those_of_bayes_rule():
     assert probability(found, a=0) / probability(found) == pytest.approx(odds)
 
 
-def test_motion_counts_against_a_track_by_its_odds():
+def odds_of_motion(motion):
+    """Return by how much a motion changes the odds of a reference to none."""
     pier = at("a", (1, 0), (0,))
     stays = hypotheses(law([(0, 0)]), [pier])
-    moved = hypotheses(law([(0, 0)]), [replace(pier, motions={0: Motion(-4.0, 2.0)})])
+    moved = hypotheses(law([(0, 0)]), [replace(pier, motions={0: motion})])
     before, after = (probability(one, a=0) / probability(one) for one in (stays, moved))
-    assert after == pytest.approx(before * np.exp(-4.0))
+    return after / before
+
+
+def test_motion_counts_against_a_track_by_its_odds():
+    """Of references that are not where they are said to be, one in ten is adrift."""
+    assert odds_of_motion(Motion(nats=-4.0)) == pytest.approx(np.exp(-4.0))
+    assert odds_of_motion(Motion(adrift=np.log(31.0))) == pytest.approx(1.0 / (0.9 + 3.1))
+    assert odds_of_motion(Motion(np.log(5.0), np.log(11.0))) == pytest.approx(5.0 / (0.9 + 1.1))
+    assert odds_of_motion(Motion(adrift=-50.0)) == pytest.approx(1.0 / 0.9)
+
+
+@pytest.mark.parametrize(("adrift", "rows"), [(0.0, {"a": 0}), (8.0, {})])
+def test_one_that_has_come_loose_is_no_reference_however_well_it_fits(adrift, rows):
+    """It swims now: by errors of the platform, unless it stayed until then as none other has."""
+    motions = {0: Motion(-4.0, adrift), 1: Motion(-8.0, -8.0)}
+    pier = replace(at("a", (0, 0), (0, 1), True), motions=motions)
+    found = hypotheses(law([(0, 0), (4, 0)]), [pier])
+    assert found[0].rows == rows
+    assert found[0].probability > 0.9
+
+
+def test_that_a_track_is_certainly_adrift_leaves_no_other_hypothesis():
+    """However certainly: hundreds of other tracks may tell."""
+    pier = replace(at("a", (0, 0), (0,)), motions={0: Motion(0.0, 2000.0)})
+    assert probability(hypotheses(law([(0, 0)]), [pier])) == 1.0
+
+
+def test_a_track_that_is_another_reference_is_not_this_one_adrift():
+    """As an adrift `a`, track 0 counts where `b` is not that track, and the likelier one only."""
+    tracks, motions = law([(0, 0), (4, 0)]), {0: Motion(0.0, np.log(31.0)), 1: Motion()}
+    both = [at(name, (2, 0), (0, 1), True) for name in ("a", "b")]
+    before = hypotheses(tracks, both)
+
+    def factor(motions, **rows):
+        after = hypotheses(tracks, [replace(both[0], motions=motions), both[1]])
+        former, odds = (probability(x, **rows) / probability(x, a=0, b=1) for x in (before, after))
+        return odds / former
+
+    assert factor(motions) == pytest.approx(0.9 + 3.1)
+    assert factor(motions, b=1) == pytest.approx(0.9 + 3.1)
+    assert factor(motions, b=0) == pytest.approx(1.0)
+    assert factor(motions, a=1, b=0) == pytest.approx(1.0)
+    motions[1] = Motion(0.0, np.log(11.0))
+    assert factor(motions) == pytest.approx(0.9 + 3.1)
+    assert factor(motions, b=0) == pytest.approx(0.9 + 1.1)
 
 
 def test_two_tracks_alike_are_left_open():

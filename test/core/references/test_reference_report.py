@@ -65,15 +65,38 @@ def test_one_that_is_alone_but_far_off_is_not_said_to_be_one_of_several():
     assert sentence.endswith("references 2.0 m); it is used once that is more certain.")
 
 
-@pytest.mark.parametrize(("nats", "words"), [(-3.1, "has moved by 4.5 m"), (-2.9, "is seen 10.0")])
-def test_one_that_has_moved_is_said_to_have(nats, words):
-    log = Events()
-    moved = replace(PIER, motions={0: Motion(nats, 4.5)})
+def refused(motion, found):
+    """Return what is said of a reference by the motion of its track."""
+    log, moved = Events(), replace(PIER, motions={0: motion})
     report = ReferenceReport(log)
     for t in (0, 3):
-        report.update(t * 10**9, [moved], [Hypothesis({}, 1.0)], {}, LAW, TRACKS)
+        report.update(t * 10**9, [moved], found, {}, LAW, TRACKS)
     (sentence,) = log.drain()
-    assert f"beacon_1 {words}" in sentence
+    return sentence
+
+
+@pytest.mark.parametrize(
+    ("nats", "adrift", "metres", "words"),
+    [
+        (0.0, 5.4, 4.5, "has moved by 4.5 m"),
+        (0.0, 5.2, 4.5, "is seen 10.0"),
+        (-3.0, 2.4, 4.5, "has moved by 4.5 m"),
+        (-3.0, 2.2, 4.5, "is seen 10.0"),
+        (8.0, 8.0, 4.5, "is seen 10.0"),
+        (0.0, 9.0, 0.0, "is seen 10.0"),
+    ],
+)
+def test_one_that_has_moved_is_said_to_have(nats, adrift, metres, words):
+    """One in ten is adrift: the odds that it is to that it stays are 20 at log 200 = 5.3."""
+    found = refused(Motion(nats, adrift, metres), [Hypothesis({}, 1.0)])
+    assert f"beacon_1 {words}" in found
+
+
+def test_one_of_several_alike_is_not_said_to_have_moved():
+    """Which of them it is comes first: it may be one that has not."""
+    either = [Hypothesis({"pier": 0}, 0.5), Hypothesis({"pier": 1}, 0.5)]
+    found = refused(Motion(0.0, 9.0, 4.5), either)
+    assert found.endswith("it may be one of several of its class; give it a class of its own.")
 
 
 def test_one_that_is_set_aside_is_said_at_once_and_when_it_is_taken_up_again():
