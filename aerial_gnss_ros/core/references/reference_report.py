@@ -94,6 +94,8 @@ class ReferenceReport:
     ) -> str:
         """Return why a reference in view is not used."""
         begin = f"Reference {one.name} is not used"
+        if not one.rows:
+            return f"{begin}: its track is estimated apart from those of other references."
         by_row: dict[int, float] = {}
         for other in found:
             if one.name in other.rows:

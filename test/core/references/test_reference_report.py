@@ -99,6 +99,17 @@ def test_one_of_several_alike_is_not_said_to_have_moved():
     assert found.endswith("it may be one of several of its class; give it a class of its own.")
 
 
+def test_one_whose_track_is_estimated_apart_is_said_to_be_that():
+    """The filter estimates many robots in groups; references of one group are weighed together."""
+    log = Events()
+    report = ReferenceReport(log)
+    for t in (0, 3):
+        report.update(t * 10**9, [replace(PIER, rows=())], [Hypothesis({}, 1.0)], {}, LAW, TRACKS)
+    assert log.drain() == [
+        "Reference pier is not used: its track is estimated apart from those of other references."
+    ]
+
+
 def test_one_that_is_set_aside_is_said_at_once_and_when_it_is_taken_up_again():
     log = Events()
     report, used = ReferenceReport(log), {"pier": "beacon_1"}
