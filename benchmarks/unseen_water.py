@@ -26,6 +26,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from unseen_water_images import (
     SETS,
     TERMS,
@@ -38,11 +40,11 @@ from unseen_water_images import (
     scored_on,
     seen_of,
 )
-from unseen_water_tables import SOURCES, above, at_recall, false_boxes, in_area, robots, shared
+from unseen_water_tables import SOURCES, above, at_recall, by_kind, false_boxes, in_area, robots
 
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.second_look import SecondLook
-from aerial_gnss_ros.detection.second_look_terms import traits
+from aerial_gnss_ros.detection.second_look_terms import ODDS_UNIT, log_odds, score_of, traits
 from aerial_gnss_ros.training.proposals import Proposals, joined
 from aerial_gnss_ros.training.score import Score
 from aerial_gnss_ros.training.second_look_network import write
@@ -57,6 +59,20 @@ ALL = "nothing"  # left out
 def _say(words: str) -> None:
     sys.stdout.write(f"{words}\n")
     sys.stdout.flush()
+
+
+class Sharing(SecondLook):
+    """A network that was written with weight 1, as if it had been written with another share."""
+
+    def __init__(self, file: Path, threads: int, share: Share) -> None:
+        self._share = share
+        super().__init__(file, threads)
+
+    def run(self, shown: NDArray[np.uint8], inputs: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return the shared scores (n,)."""
+        weight = self._share.weight
+        odds = weight * log_odds(super().run(shown, inputs)) + self._share.shift
+        return score_of(odds + (1.0 - weight) * ODDS_UNIT * inputs[:, 0])
 
 
 def looks(second: SecondLook, seen: Sequence[Seen]) -> list[Look]:
@@ -121,11 +137,11 @@ def finished(
     seen: Sequence[Seen], file: Path, share: Share, threads: int, ways: int | None = None
 ) -> list[Any]:
     """Return name, boxes and truth of each image, as the detector with a second look has."""
-    second = SecondLook(file, threads)
+    second = Sharing(file, threads, share)
     if ways is not None:
         second.terms = replace(second.terms, ways=ways)
     return [
-        (one.name, shared(look, share), one.truth)
+        (one.name, look.shared(1.0)[0], one.truth)
         for one, look in zip(seen, looks(second, seen), strict=True)
     ]
 
@@ -137,6 +153,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="WORK")
     parser.add_argument("--look", type=Path, metavar="FILE")
     parser.add_argument("--weight", type=float, help="of the second look; default: chosen")
+    parser.add_argument("--shift", type=float, default=0.0, help="of the log odds, with --look")
     parser.add_argument("--ways", type=int, help="other than the network's, to look at boxes in")
     parser.add_argument("--font", type=Path, metavar="FILE")
     parser.add_argument("--rendered", type=Path, nargs="+", default=[], metavar="FOLDER")
@@ -161,7 +178,7 @@ def main() -> None:
     given.output.mkdir(parents=True, exist_ok=True)
     if given.look is not None:
         sources = [source for source in given.only if source != ALL]
-        tell(given, given.look, Share(given.weight or 1.0), sources)
+        tell(given, given.look, Share(given.weight or 1.0, given.shift), sources)
         return
     if given.start is None:
         parser.error("give --start, or --look.")
@@ -182,7 +199,8 @@ def tell(given: argparse.Namespace, file: Path, share: Share, sources: Sequence[
             _say(f"in an area: {false_boxes(folder, in_area(folder, boxes))}")
         found = finished(with_robots, file, share, given.threads, given.ways)
         _say(robots(source, found))
-        for row in at_recall(folder, boxes, found, given.found):
+        _say(at_recall(folder, boxes, found, given.found))
+        for row in by_kind(folder, boxes, found):
             _say(row)
     for folders in given.test:
         seen = [s for f in folders for s in seen_of(given, f.name, images_of(f))]

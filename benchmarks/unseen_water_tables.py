@@ -15,13 +15,12 @@ import numpy as np
 from aerial_gnss_ros.detection.base import Detections
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.images import read_image
-from aerial_gnss_ros.detection.second_look_terms import log_odds, score_of
+from aerial_gnss_ros.detection.second_look_terms import score_of
 from aerial_gnss_ros.detection.yolo import iou
 from aerial_gnss_ros.training.composing import water_of
 from aerial_gnss_ros.training.labelled import Truth
 from aerial_gnss_ros.training.picture_labels import PictureLabels
 from aerial_gnss_ros.training.score import MATCH_IOU, Score
-from aerial_gnss_ros.training.share import Look, Share
 
 SOURCES = {"northsea_video": 1.0, "lake_nadir": 1.0, "lake_shore": 0.5}
 """Name of each, and the share of its photographs that is taken for water."""
@@ -29,13 +28,6 @@ LENGTH_PX = 24.0  # of robots that a detector is expected to find on real water
 QUANTILES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 """At which scores are told; `false_robots.py` draws scores by them."""
 THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
-
-
-def shared(look: Look, share: Share) -> Detections:
-    """Return the boxes with the scores that the detector with its second look gives."""
-    found, _ = look.shared(share.weight)
-    scores = score_of(log_odds(found.scores) + share.shift)
-    return Detections(found.xywh, scores, found.class_ids, found.class_names)
 
 
 def above(found: Detections, threshold: float) -> Detections:
@@ -118,38 +110,35 @@ def threshold_at(with_robots: Sequence[Any], least: float) -> float:
 
 def at_recall(
     folder: Path, plain: Sequence[Any], with_robots: Sequence[Any], shares: Sequence[float]
-) -> Iterator[str]:
-    """Yield rows: false boxes an image where shares of robots are found; at the first, of what."""
+) -> str:
+    """Return a row: false boxes an image where shares of robots are found."""
     thresholds = [threshold_at(with_robots, least) for least in shares]
     counts = [sum(len(above(found, t)) for _, found, _ in plain) / len(plain) for t in thresholds]
     cells = ["-" if math.isnan(t) else f"{n:.3f}" for t, n in zip(thresholds, counts, strict=True)]
-    yield f"at {shares} found: | {folder.name} | {' | '.join(cells)} |"
-    if math.isnan(thresholds[0]):
-        return
-    for kind, scores in _scores_by_kind(folder, plain, with_robots, thresholds[0]).items():
+    return f"at {shares} found: | {folder.name} | {' | '.join(cells)} |"
+
+
+def by_kind(folder: Path, plain: Sequence[Any], with_robots: Sequence[Any]) -> Iterator[str]:
+    """Yield what false boxes are on at the default threshold, with their scores, and robots'."""
+    for kind, scores in _scores_by_kind(folder, plain, with_robots).items():
         quantiles = " | ".join(f"{one:.2f}" for one in np.quantile(scores, QUANTILES))
         yield f"{kind}: {len(scores) / len(plain):.2f} an image; scores {quantiles}"
 
 
 def _scores_by_kind(
-    folder: Path, plain: Sequence[Any], with_robots: Sequence[Any], threshold: float
+    folder: Path, plain: Sequence[Any], with_robots: Sequence[Any]
 ) -> dict[str, list[float]]:
-    """Return the scores of false boxes by what they are on, and of robots.
-
-    Log odds are shifted so that the threshold is the default one.
-    """
+    """Return the scores of false boxes by what they are on, and of robots."""
     labels = PictureLabels(folder / "labels.csv", ())
-    shift = log_odds(DetectorConfig.score_threshold) - log_odds(threshold)
     scores: dict[str, list[float]] = defaultdict(list)
     for name, found, _ in plain:
-        some = above(found, threshold)
-        shifted = score_of(log_odds(some.scores) + shift).tolist()
-        for kind, score in zip(on_what(some, labels, name), shifted, strict=True):
+        some = above(found, DetectorConfig.score_threshold)
+        for kind, score in zip(on_what(some, labels, name), some.scores.tolist(), strict=True):
             scores[kind].append(score)
     for _, found, truth in with_robots:
-        some = above(found, threshold)
+        some = above(found, DetectorConfig.score_threshold)
         robots = truth.corners[truth.long_px >= LENGTH_PX]
         if len(some) and len(robots):
             hit = iou(some.xyxy, robots).max(axis=1) > MATCH_IOU
-            scores["robot"] += score_of(log_odds(some.scores[hit]) + shift).tolist()
+            scores["robot"] += some.scores[hit].tolist()
     return dict(sorted(scores.items(), key=lambda one: -len(one[1])))
