@@ -50,7 +50,7 @@ class Terms:
     parts: bool = False
     ways: int = 1
     again_from: float = 0.1
-    again_to: float = 0.97
+    again_to: float = 0.8
 
     @classmethod
     def read(cls, metadata: Mapping[str, str], where: str) -> Terms:
