@@ -131,7 +131,7 @@ class Estimator:
         self._pipeline.tracking = wrap(self._pipeline.tracking)
 
     def _new_guard(self) -> Guard:
-        return Guard(self._pipeline, self._identity, self._origin, self._log, (Estimator,))
+        return Guard(self._pipeline, self._identity, self._origin, self._log)
 
     @property
     def events(self) -> list[str]:

@@ -59,23 +59,17 @@ class Guard:
         identity: of the robots.
         origin: of `map`.
         log: receives failures.
-        constant: further classes that images do not change.
     """
 
     def __init__(
-        self,
-        pipeline: Pipeline,
-        identity: Labels,
-        origin: MapOrigin,
-        log: Events,
-        constant: tuple[type, ...] = (),
+        self, pipeline: Pipeline, identity: Labels, origin: MapOrigin, log: Events
     ) -> None:
         self._pipeline = pipeline
         self._identity = identity
         self._origin = origin
         self._log = log
         self._roots = (pipeline, identity, log)
-        self._plans = Plans((*_CONSTANT, *pipeline.constant, *constant), _REBOUND)
+        self._plans = Plans((*_CONSTANT, *pipeline.constant), _REBOUND)
         self._failed = 0
         self._last: tuple[RobotEstimate, ...] = ()
 
