@@ -185,7 +185,7 @@ def test_classes_area_and_references_are_changed_in_flight(ros, hovering):
     assert not remote.set_to(**{"classes.aqua.max_speed": 0.2})
     assert not remote.set_to(**{"classes.aqua": "{max_speed: 0.4, coast_s: 30.0}"})
     assert declared("classes") == {"aqua.max_speed": 0.4, "aqua.coast_s": 30.0}
-    joint = node._estimator._pipeline.tracking.table.filter
+    joint = node._estimator._tracks.pipeline.tracking.table.filter
     assert joint.motions.of(["aqua"])[1] == pytest.approx([0.2])
     assert joint.groups[0].own[1] == pytest.approx([0.2])
     assert not remote.set_to(**{"classes.aqua.coast_s": None})  # as `ros2 param delete`

@@ -35,19 +35,16 @@ class ImageQueue:
     """Sorts images by stamp; those older than the last processed one are dropped.
 
     Args:
-        patience_ns: longest wait of an image, ns.
         dropped: counts `duplicate` and `out_of_order` images.
 
     Attributes:
         waiting: the images, the oldest first.
         last_ns: stamp of the last removed image, ns; None before the first.
-        patience_ns: longest wait of an image, ns; may be changed.
     """
 
-    def __init__(self, patience_ns: int, dropped: Counter[str]) -> None:
+    def __init__(self, dropped: Counter[str]) -> None:
         self.waiting: list[WaitingImage] = []
         self.last_ns: int | None = None
-        self.patience_ns = patience_ns
         self._dropped = dropped
 
     def add(self, frame: DetectionFrame) -> bool:
@@ -69,10 +66,15 @@ class ImageQueue:
             if image.since_ns is None or image.since_ns > now_ns:  # the clock was set back
                 image.since_ns = now_ns
 
-    def is_late(self, now_ns: int) -> bool:
-        """Return whether the first image has waited long enough."""
+    def is_late(self, now_ns: int, patience_ns: int) -> bool:
+        """Return whether the first image has waited long enough.
+
+        Args:
+            now_ns: node time, ns.
+            patience_ns: longest wait of an image, ns.
+        """
         since_ns = self.waiting[0].since_ns
-        return since_ns is not None and now_ns - since_ns >= self.patience_ns
+        return since_ns is not None and now_ns - since_ns >= patience_ns
 
     def pop(self) -> None:
         """Remove and return the first image."""

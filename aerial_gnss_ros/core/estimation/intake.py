@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.telemetry.input_status import InputStatus, MessageCounter
 from aerial_gnss_ros.core.telemetry.reference_places import is_reference, reference_input
 from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
+from aerial_gnss_ros.core.telemetry.steady import Steady
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Input
@@ -40,8 +41,13 @@ class Receiver(Protocol):
     def begin_elsewhere(self, moved: str) -> None:
         """Handle a drone that turned out to be elsewhere; `moved` describes it."""
 
-    def reset_time(self, decision: Decision) -> None:
-        """Handle a reset of time or of an input's clock."""
+    def reset_time(self, decision: Decision, passed_s: float | None) -> None:
+        """Handle a reset of time or of an input's clock.
+
+        Args:
+            decision: on the stamps.
+            passed_s: time since the last image arrived, s; None: unknown.
+        """
 
 
 class Intake:
@@ -77,9 +83,18 @@ class Intake:
             name: MessageCounter()
             for name in (*map(str, Input), *held[:2], DETECTIONS, *held[2:], *sent)
         }
-        self.arrivals = Arrivals(
-            Clock(needed, held), self.tallies, dropped, log, receiver.reset_time
-        )
+        self.arrivals = Arrivals(Clock(needed, held), self.tallies, dropped, log, self._reset_time)
+        self._steady = Steady()
+        self._image_steady_ns: int | None = None
+
+    def tick(self, now_ns: int, steady_ns: int | None) -> None:
+        """Update the node's time.
+
+        Args:
+            now_ns: node time, ns.
+            steady_ns: of a monotonic clock, ns; None: there is none.
+        """
+        self.arrivals.tick(now_ns, self._steady.update(now_ns, steady_ns))
 
     def expect_references(self) -> None:
         """Count the messages of the references that there are now, and of no others."""
@@ -90,13 +105,13 @@ class Intake:
         for name in sent:
             self.tallies.setdefault(name, MessageCounter())
 
-    def statuses(self, newest_ns: int | None, patience_ns: int) -> dict[str, InputStatus]:
+    def statuses(self, patience_ns: int) -> dict[str, InputStatus]:
         """Return the status of each input, by its name.
 
         Args:
-            newest_ns: stamp of the newest image, ns.
             patience_ns: longest wait of images, ns.
         """
+        newest_ns = self.tallies[DETECTIONS].last_stamp_ns
         found = {}
         for name, tally in self.tallies.items():
             status = tally.status(name, newest_ns, patience_ns)
@@ -142,6 +157,7 @@ class Intake:
 
         def keep() -> None:
             self.tallies[DETECTIONS].add(frame.stamp_ns)
+            self._image_steady_ns = self._steady.now_ns
             self._receiver.receive_image(frame)
 
         self.arrivals.receive(DETECTIONS, frame.stamp_ns, keep)
@@ -173,6 +189,12 @@ class Intake:
         self.tallies[name].add(stamp_ns, trouble)
         if trouble:
             self._tell_bad(name, trouble)
+
+    def _reset_time(self, decision: Decision) -> None:
+        self._receiver.reset_time(decision, self._steady.since_s(self._image_steady_ns))
+        if decision.time_reset:
+            for tally in self.tallies.values():
+                tally.reset_stamps()
 
     def _keep_fix(self, fix: Fix) -> str:
         return self._keep(Input.FIX, fix) or self._receiver.receive_fix(fix)

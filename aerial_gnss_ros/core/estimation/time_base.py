@@ -13,6 +13,7 @@ from bisect import bisect_right
 from dataclasses import replace
 from typing import TypeVar
 
+from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.core.values.rejection import Rejection
@@ -40,6 +41,26 @@ class TimeBase:
         self.shift_ns = 0
         self.begins: list[int] = []
         self._shifts = [0]
+
+    def step_ns(
+        self, decision: Decision, passed_s: float | None, last_ns: int | None
+    ) -> int | None:
+        """Return the step of stamps beyond the elapsed time, ns; None: unknown.
+
+        Args:
+            decision: on the stamps.
+            passed_s: time since the last image before it arrived, s; None: unknown.
+            last_ns: time of that image, ns; None: there is none.
+        """
+        by_ns = decision.by_ns
+        if not decision.timed:
+            if not decision.stepped or passed_s is None:
+                return None
+            by_ns -= round(passed_s * 1e9)
+        if last_ns is None:
+            return None
+        # Arrivals vary, but the first image is after the last one in any case.
+        return min(by_ns, self.of(decision.first_ns) - last_ns - 1)
 
     def step(self, by_ns: int, last_ns: int) -> None:
         """Record a step of stamps.

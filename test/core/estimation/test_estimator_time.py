@@ -39,7 +39,7 @@ def test_an_image_waits_for_late_telemetry_and_no_longer_than_max_wait(sea):
 @pytest.mark.parametrize(("latency_s", "waited_s"), [(-1.2, 4.2), (0.0, 3.0), (1.2, 3.0)])
 def test_a_latency_that_was_found_is_waited_for_like_a_configured_one(sea, latency_s, waited_s):
     scene = sea.Scene()
-    scene.engine._pipeline.latency.scene_ns = round(latency_s * 1e9)
+    scene.engine._tracks.pipeline.latency.scene_ns = round(latency_s * 1e9)
     scene.engine.add_detections(sea.boxes(0.0, [sea.middle]))
     assert scene.engine.advance(sea.stamp(0.0)) == []
     assert scene.engine.advance(sea.stamp(waited_s - 0.1)) == []

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.flights
 
 TOLD_S = 40.0
 """Until when `ready` adds telemetry."""
-STATEFUL = ("_pipeline", "_identity")
+STATEFUL = ("pipeline", "labels")
 ROBOTS = {
     "a": lambda t: (-3.0 + 3.0 * math.sin(t / 5.0), 20.0),
     "b": lambda t: (3.0 - 3.0 * math.sin(t / 5.0), 19.5),
@@ -64,7 +64,7 @@ def state(value, seen=None):  # noqa: PLR0911
 
 
 def whole(engine):
-    return [state(getattr(engine, name)) for name in STATEFUL]
+    return [state(getattr(engine._tracks, name)) for name in STATEFUL]
 
 
 def different(one, other, path=""):
@@ -152,7 +152,7 @@ class Calls:
 def test_an_image_that_fails_anywhere_leaves_no_trace(sea, monkeypatch, values):
     """At each place in turn, as far as an image has such: the next one is as if it never came."""
     engine, world, _ = ready(sea, values)
-    work = engine._pipeline.result
+    work = engine._tracks.pipeline.result
     fail_at = 0
 
     def failing(frame, samples):
@@ -164,7 +164,7 @@ def test_an_image_that_fails_anywhere_leaves_no_trace(sea, monkeypatch, values):
         ended.append(calls.count)
         return result
 
-    monkeypatch.setattr(engine._pipeline, "result", failing)
+    monkeypatch.setattr(engine._tracks.pipeline, "result", failing)
     chosen, ended, failed, t, told = set(), [], 0, 3.0, TOLD_S
     while not ended:
         t += 0.1
@@ -200,7 +200,7 @@ def test_a_failed_image_is_reported_once_with_what_a_developer_needs(sea, monkey
     def failing(_frame, _samples):
         raise ZeroDivisionError("by nothing")
 
-    monkeypatch.setattr(engine._pipeline, "result", failing)
+    monkeypatch.setattr(engine._tracks.pipeline, "result", failing)
     images(sea, engine, world, 4)
     (sentence,) = engine.take_events()
     for part in (
@@ -215,7 +215,7 @@ def test_a_failed_image_is_reported_once_with_what_a_developer_needs(sea, monkey
 def test_several_failed_images_restart_the_filter_and_names_are_kept(sea, monkeypatch):
     engine, world, result = ready(sea)
     where = {one.robot_id: one.position for one in result.estimates}
-    work, failed = engine._pipeline.result, []
+    work, failed = engine._tracks.pipeline.result, []
 
     def failing(frame, samples):
         if frame.stamp_ns >= sea.stamp(3.55):
@@ -223,7 +223,7 @@ def test_several_failed_images_restart_the_filter_and_names_are_kept(sea, monkey
         failed.append(frame.stamp_ns)
         raise ValueError("five in a row")
 
-    monkeypatch.setattr(engine._pipeline, "result", failing)
+    monkeypatch.setattr(engine._tracks.pipeline, "result", failing)
     after = images(sea, engine, world, 30)
     assert len(failed) == guard.RESTART_AFTER
     assert engine.happened["filter_restarts"] == 1
@@ -237,14 +237,14 @@ def test_several_failed_images_restart_the_filter_and_names_are_kept(sea, monkey
 
 def test_fewer_failed_images_than_in_a_row_restart_nothing(sea, monkeypatch):
     engine, world, _ = ready(sea)
-    work = engine._pipeline.result
+    work = engine._tracks.pipeline.result
 
     def failing(frame, samples):
         if (frame.stamp_ns - sea.stamp(3.1)) // 100_000_000 % guard.RESTART_AFTER:
             raise ValueError("all but each fifth")
         return work(frame, samples)
 
-    monkeypatch.setattr(engine._pipeline, "result", failing)
+    monkeypatch.setattr(engine._tracks.pipeline, "result", failing)
     images(sea, engine, world, 20)
     assert engine.happened["images_failed"] == 16
     assert engine.happened["filter_restarts"] == 0
@@ -253,14 +253,14 @@ def test_fewer_failed_images_than_in_a_row_restart_nothing(sea, monkeypatch):
 def test_a_state_that_cannot_be_fails_the_image_that_made_it(sea, monkeypatch):
     engine, world, _ = ready(sea)
     before = whole(engine)
-    work = engine._pipeline.result
+    work = engine._tracks.pipeline.result
 
     def spoiling(frame, samples):
         result = work(frame, samples)
-        engine._pipeline.tracking.table.filter._groups[0].covariance[8, 8] = math.nan
+        engine._tracks.pipeline.tracking.table.filter._groups[0].covariance[8, 8] = math.nan
         return result
 
-    monkeypatch.setattr(engine._pipeline, "result", spoiling)
+    monkeypatch.setattr(engine._tracks.pipeline, "result", spoiling)
     before[0]["result"] = whole(engine)[0]["result"]
     fed(engine, world, 3.1)
     (result,) = engine.advance(sea.stamp(3.2))
@@ -276,7 +276,7 @@ def test_what_ends_the_program_ends_it(sea, monkeypatch):
         def failing(_frame, _samples, kind=kind):
             raise kind
 
-        monkeypatch.setattr(engine._pipeline, "result", failing)
+        monkeypatch.setattr(engine._tracks.pipeline, "result", failing)
         fed(engine, world, at_s)
         with pytest.raises(kind):
             engine.advance(sea.stamp(at_s + 0.1))
@@ -318,7 +318,7 @@ def test_a_state_file_that_fails_in_any_way_is_reported_and_ends_nothing(
     def failing(*_):
         raise UnicodeEncodeError("utf-8", "\ud800", 0, 1, "surrogates not allowed")
 
-    monkeypatch.setattr(engine._names, "keep", failing)
+    monkeypatch.setattr(engine._frames._names, "keep", failing)
     engine.take_events()
     results = images(sea, engine, world, 3)
     assert all(len(one.estimates) == 3 for one in results)

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Images wait in the order of their stamps, each as long as the queue is patient."""
+"""Images wait in the order of their stamps, each for a limited time."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from aerial_gnss_ros.core.estimation.image_queue import MAX_WAITING, ImageQueue
 from aerial_gnss_ros.core.values.detection_frame import empty_detections
 
 
-def _queue(*stamps, patience_ns=10):
-    queue = ImageQueue(patience_ns, Counter())
+def _queue(*stamps):
+    queue = ImageQueue(Counter())
     for stamp_ns in stamps:
         queue.add(empty_detections(stamp_ns))
     return queue
@@ -38,13 +38,13 @@ def test_a_stamp_is_taken_once_and_none_before_the_last_one():
     assert queue._dropped == {"duplicate": 2, "out_of_order": 1}
 
 
-def test_an_image_is_late_when_it_has_waited_as_long_as_the_queue_is_patient():
+def test_an_image_is_late_when_it_has_waited_as_long_as_it_may():
     queue = _queue(5)
-    assert not queue.is_late(100)
+    assert not queue.is_late(100, 10)
     queue.tick(100)
-    assert [queue.is_late(now) for now in (109, 110)] == [False, True]
+    assert [queue.is_late(now, 10) for now in (109, 110)] == [False, True]
     queue.tick(50)  # the clock was set back
-    assert [queue.is_late(now) for now in (59, 60)] == [False, True]
+    assert [queue.is_late(now, 10) for now in (59, 60)] == [False, True]
 
 
 def test_a_prediction_lies_between_the_last_image_and_the_next():

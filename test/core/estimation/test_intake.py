@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ from aerial_gnss_ros.core.estimation.intake import LONG_S, Intake
 from aerial_gnss_ros.core.estimation.time_base import TimeBase
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.input_status import InputState
+from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
+from aerial_gnss_ros.core.values.detection_frame import empty_detections
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
@@ -41,9 +44,9 @@ class Receiver:
         """Take in that the drone is elsewhere."""
         self.got.append(moved)
 
-    def reset_time(self, decision):
+    def reset_time(self, decision, passed_s):
         """Note that time was reset."""
-        self.got.append(decision)
+        self.got.append((decision, passed_s))
 
 
 class Door:
@@ -55,10 +58,9 @@ class Door:
         self.time = TimeBase()
         self.intake = Intake(config, self.inputs, self.time, Counter(), self.log, self.receiver)
 
-    def status(self, name, newest_s=None):
-        """Return an input's status at an image, s."""
-        newest_ns = None if newest_s is None else round(newest_s * SECOND)
-        return self.intake.statuses(newest_ns, SECOND)[name]
+    def status(self, name):
+        """Return an input's status."""
+        return self.intake.statuses(SECOND)[name]
 
 
 def fix(t, latitude=0.2):
@@ -152,3 +154,31 @@ def test_where_the_water_turns_out_to_be_elsewhere_the_receiver_is_named():
     for i in range(20):
         door.intake.add_water_level(Scalar(i * SECOND, 0.0 if i < 5 else 30.0))
     assert door.receiver.got == ["The water is 30 m from where it was before"]
+
+
+def test_an_input_is_stale_by_the_newest_image():
+    door = Door()
+    door.intake.add_fix(fix(1.0))
+    for t in (2.0, 1.5):
+        door.intake.add_detections(empty_detections(round(t * SECOND)))
+    assert door.status("fix").state is InputState.OK
+    door.intake.add_detections(empty_detections(round(2.1 * SECOND)))
+    assert door.status("fix").state is InputState.STALE
+
+
+@pytest.mark.parametrize(("steady", "passed_s"), [(True, 1.5), (False, None)])
+def test_a_reset_of_time_is_told_with_the_time_since_the_last_image(steady, passed_s):
+    """The node's clock and a steady one go on alike for 5 s; the image is 1.5 s before the end."""
+    door = Door()
+    for i in range(11):
+        now_ns = i * SECOND // 2
+        door.intake.tick(now_ns, 70 * SECOND + now_ns if steady else None)
+        if i == 7:
+            door.intake.add_detections(empty_detections(now_ns))
+    door.receiver.got.clear()
+    decision = Decision(False, ("fix",))
+    door.intake._reset_time(decision)
+    assert door.receiver.got == [(decision, passed_s)]
+    assert door.status("detections").last_stamp_ns == 7 * SECOND // 2
+    door.intake._reset_time(replace(decision, time_reset=True))
+    assert door.status("detections").last_stamp_ns is None

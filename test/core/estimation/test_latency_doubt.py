@@ -113,10 +113,8 @@ def test_a_trial_is_published_once_it_has_caught_up(sea, monkeypatch):
     slow = replace(latency_trial.TUNING, catch_up_hz=20.0)
     monkeypatch.setattr(latency_trial, "TUNING", slow)
     engine, waited = sea.estimator(STATED), []
-    take_over = engine._take_over
-    engine._take_over = lambda trial, config: (
-        waited.append(len(trial.waiting)) or take_over(trial, config)
-    )
+    take_over = engine._tracks._take_over
+    engine._tracks._take_over = lambda trial: waited.append(len(trial.waiting)) or take_over(trial)
     sea.play(engine, late_world(sea, 1.0), 30.0, images=5)
     assert waited == [0, 0]  # with a latency that is not known, and with one that is
 
@@ -181,9 +179,9 @@ def test_a_latency_likelier_than_before_the_flight_stays_open(sea, monkeypatch):
     for late_s, likelier in ((1.5, True), (0.0, False)):
         engine, world = sea.estimator(STATED), late_world(sea, late_s)
         sea.play(engine, world, 7.0, images=5, until_flush=False)
-        assert engine._doubt.open is likelier
+        assert engine._tracks._doubt.open is likelier
         results = sea.play(engine, world, 6.0, images=5, begin=7.1)
-        assert not engine._doubt.open
+        assert not engine._tracks._doubt.open
         sigma = np.mean([one.sigma for one in results[-1].estimates])
         assert bool(sigma > 2.0) is likelier
 
@@ -196,7 +194,7 @@ def test_a_doubt_that_ends_leaves_nothing_behind(sea, monkeypatch):
     for find in (True, False):
         engine, world = sea.estimator(STATED | {"camera.find_latency": find}), late_world(sea, 0.0)
         tried = sea.play(engine, world, 8.0, images=5, until_flush=False)
-        doubt = engine._doubt
+        doubt = engine._tracks._doubt
         assert (doubt is not None and doubt.trial is not None) is find
         if doubt is not None:
             doubt.close()
@@ -281,7 +279,7 @@ def test_pictures_that_jump_are_no_latency(sea):
 
     world.frame = jumping
     engine = sea.estimator(STATED)
-    bank, anew = engine._doubt.search._bands[0].bank, []
+    bank, anew = engine._tracks._doubt.search._bands[0].bank, []
     reset, update = bank.reset, bank.update
     bank.reset = lambda: anew.append(None) or reset()
     bank.update = lambda now, *given: seen.append((len(anew), now.stamp_ns)) or update(now, *given)
@@ -326,7 +324,7 @@ def test_a_failure_once_the_latency_is_found_leaves_it_found(sea, monkeypatch):
     assert engine.happened["latency_doubted"] == 1
     engine.reconfigure(estimator_config({**sea.origin, **STATED, "calibration.height_m": 0.1}))
     results = sea.play(engine, world, 3.0, begin=18.1, images=5)
-    assert engine._pipeline.latency.found is not None
+    assert engine._tracks.pipeline.latency.found is not None
     assert results[-1].estimates
 
 

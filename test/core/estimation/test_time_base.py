@@ -6,7 +6,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from aerial_gnss_ros.core.estimation.time_base import TimeBase
+from aerial_gnss_ros.core.telemetry.stamp_decision import Decision
 from aerial_gnss_ros.core.values.rejection import Reason, Rejection
 from aerial_gnss_ros.core.values.samples import Scalar
 
@@ -36,3 +39,25 @@ def test_steps_of_long_ago_are_forgotten():
         base.step(5, last_ns=10 * i)
     assert base.shift_ns == -500
     assert base.refused((Rejection(991, Reason.GATED, 0.0, 0.0),))[0].stamp_ns == 1491
+
+
+@pytest.mark.parametrize(
+    ("timed", "stepped", "passed_s", "last_ns", "first_ns", "expected"),
+    [
+        (True, False, None, 500, 10**12, 9 * 10**9),  # the node's clock shows the time that passed
+        (False, True, 2.0, 500, 10**12, 7 * 10**9),  # a steady one does
+        (False, True, None, 500, 10**12, None),
+        (False, False, 2.0, 500, 10**12, None),
+        (True, False, None, None, 10**12, None),  # no image before it
+        (True, False, None, 500, 10_000, 9_599),  # the next image is at least 1 ns later
+    ],
+)
+def test_a_step_is_what_stamps_moved_beyond_the_time_that_passed(
+    timed, stepped, passed_s, last_ns, first_ns, expected
+):
+    base = TimeBase()
+    base.step(-100, last_ns=0)  # times are 100 ns after stamps
+    decision = Decision(
+        True, ("fix",), by_ns=9 * 10**9, first_ns=first_ns, timed=timed, stepped=stepped
+    )
+    assert base.step_ns(decision, passed_s, last_ns) == expected

@@ -23,7 +23,7 @@ def flown(sea, values=None, seconds=3.0):
     )
     engine = sea.estimator(values)
     sea.play(engine, world, seconds, until_flush=False)
-    return engine._pipeline.tracking
+    return engine._tracks.pipeline.tracking
 
 
 def seen(tracker):
@@ -117,7 +117,7 @@ def dived(sea, up_m=0.0, heading_deg=0.0, dive_s=7.0, surface_s=10.0, back_s=99.
 
     world.gimbal = orientation
     after = sea.play(engine, world, 6.0, begin=8.1, images=10)
-    return after, own, engine._pipeline.tracking
+    return after, own, engine._tracks.pipeline.tracking
 
 
 @pytest.mark.parametrize(("up_m", "heading_deg"), [(4.0, 0.0), (-4.0, 0.0), (0.0, 25.0)])

@@ -56,7 +56,7 @@ def flown(sea, lasts_s, seed, larger=1.0, stated=None):
         for result in results[100:]
         for one in result.estimates
     ]  # fmt: skip
-    return engine._pipeline.tracking.table.filter, np.mean(sizes)
+    return engine._tracks.pipeline.tracking.table.filter, np.mean(sizes)
 
 
 @pytest.fixture(scope="module")

@@ -61,7 +61,7 @@ def test_boxes_that_counted_too_much_are_made_good_once(sea):
     )  # fmt: skip
     engine = sea.estimator(RTK | {"noise.robot_acceleration": 0.01})
     sea.play(engine, world, 20.0, until_flush=False)
-    joint = engine._pipeline.tracking.table.filter
+    joint = engine._tracks.pipeline.tracking.table.filter
     heading = ANGLES.stop - 1
 
     def told() -> float:

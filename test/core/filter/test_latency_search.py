@@ -126,8 +126,8 @@ def test_images_that_have_been_compared_tell_nothing_twice(sea):
     engine = sea.estimator(STATED | {"noise.latency_s": 1.0})
     world = _late(sea, 0.5, lambda t: (5.0 * math.sin(t), 0.0, 30.0), lambda _t: (0.0, 60.0, 90.0))
     sea.play(engine, world, 10.0, images=5)
-    former = engine._pipeline.latency
-    scene, measured = engine._pipeline.measured
+    former = engine._tracks.pipeline.latency
+    scene, measured = engine._tracks.pipeline.measured
     old = replace(scene, detections=world.frame(5.0))
     for begin, again in (("follow", True), ("resume", False)):
         search = LatencySearch(engine._config, engine._inputs)
@@ -140,7 +140,7 @@ def test_a_latency_is_known_no_better_than_stamps_of_telemetry(sea):
     found = []
     for stamps_s in (0.0, 0.2):
         engine = sea.estimator(STATED | {"noise.latency_s": 1.0})
-        engine._pipeline.latency.stamp_sigma_s = stamps_s
+        engine._tracks.pipeline.latency.stamp_sigma_s = stamps_s
         world = _late(
             sea, 0.5, lambda t: (5.0 * math.sin(t), 0.0, 30.0), lambda _t: (0.0, 60.0, 90.0)
         )

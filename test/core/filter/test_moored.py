@@ -139,7 +139,7 @@ def heading(law):
 
 def laws(engine):
     """Return the hypotheses of a flight in which something is moored or drifts."""
-    (group,) = engine._pipeline.tracking.table.filter.moored._all
+    (group,) = engine._tracks.pipeline.tracking.table.filter.moored._all
     return [one for one in group.both if one.law is not None]
 
 
@@ -148,7 +148,7 @@ def test_another_calibration_keeps_what_is_known_of_motion(sea):
     engine = sea.estimator(RTK)
     sea.play(engine, world, 20.0, until_flush=False)
     before = [(one.law, *heading(one.law), one.evidence) for one in laws(engine)]
-    filter_ = engine._pipeline.tracking.table.filter
+    filter_ = engine._tracks.pipeline.tracking.table.filter
     prior = filter_.stationary[HEADING, HEADING]
     d = math.radians(1.0)
     swim, unsure = heading(filter_.groups[0])
@@ -162,7 +162,7 @@ def test_another_calibration_keeps_what_is_known_of_motion(sea):
         likelier = d * (mean - swim) / prior + 0.5 * (variance - unsure) * (d / prior) ** 2
         assert one.evidence - evidence == pytest.approx(likelier, rel=1e-3)
     engine.reconfigure(estimator_config({**sea.origin, **RTK, "camera.latency_s": 0.1}))
-    assert engine._pipeline.tracking.table.filter.moored._all == []
+    assert engine._tracks.pipeline.tracking.table.filter.moored._all == []
 
 
 def test_a_robot_that_comes_later_is_in_the_laws(sea):

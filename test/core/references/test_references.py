@@ -111,13 +111,13 @@ def test_a_surveyed_point_corrects_every_robot(sea, plain):
 
 def test_one_that_is_removed_in_flight_tells_no_more(sea):
     engine, _ = fly(sea, pier())
-    sure = engine._pipeline.predicted(sea.stamp(12.0)).estimates
+    sure = engine._tracks.pipeline.predicted(sea.stamp(12.0)).estimates
     engine.reconfigure(estimator_config(sea.origin))
-    left = engine._pipeline.predicted(sea.stamp(12.0)).estimates
+    left = engine._tracks.pipeline.predicted(sea.stamp(12.0)).estimates
     assert [one.robot_id for one in left] == [one.robot_id for one in sure]
     assert max(one.sigma for one in sure) < 0.35
     assert min(one.sigma for one in left) > 1.2
-    assert not engine._pipeline.tracking._references.links
+    assert not engine._tracks.pipeline.tracking._references.links
 
 
 def test_without_references_nothing_changes(sea, plain):

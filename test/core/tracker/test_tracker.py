@@ -73,8 +73,8 @@ def test_robots_with_other_labels_are_the_same_robots(sea):
     for names in ({}, other):
         engine, world = sea.estimator(), sea.World(robots=CROSSING, pixel_sigma=2.0, seed=4)
         sea.play(engine, world, MEETING_S, until_flush=False)
-        assert engine._pipeline.tracking._encounters.ambiguous
-        engine._pipeline.tracking.rename(names)
+        assert engine._tracks.pipeline.tracking._encounters.ambiguous
+        engine._tracks.pipeline.tracking.rename(names)
         results = sea.play(engine, world, 5.0, begin=MEETING_S + 0.1)
         flown.append([(result.stamp_ns, one.robot_id, *one.covariance.ravel())
                       for result in results for one in result.estimates])  # fmt: skip

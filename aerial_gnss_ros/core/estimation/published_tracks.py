@@ -1,0 +1,192 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""The tracks that are published: the configured latency's, or another's once it is found right.
+
+`LatencyDoubt` weighs whether images come by another latency than configured, and tries that one
+beside. What follows for what is published is here: the mixture of both while it is undecided, and
+the other tracks alone from the image after it is found right.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from aerial_gnss_ros.core.config.area_of_operation import Polygon
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.estimation.attempt import attempt
+from aerial_gnss_ros.core.estimation.guard import Guard
+from aerial_gnss_ros.core.estimation.latency_doubt import LatencyDoubt
+from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
+from aerial_gnss_ros.core.estimation.pipeline import Pipeline
+from aerial_gnss_ros.core.estimation.recent_images import SeenImage
+from aerial_gnss_ros.core.identity.labels import Box, Labels
+from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
+from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
+from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
+from aerial_gnss_ros.core.tracker.box_account import Settled
+from aerial_gnss_ros.core.tracker.protocol import Tracking
+from aerial_gnss_ros.core.tracker.tracker import Tracker
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.estimates import FrameResult
+from aerial_gnss_ros.core.values.events import Events
+
+
+class PublishedTracks:
+    """Tracks robots from image to image.
+
+    Args:
+        config: all parameters.
+        inputs: telemetry buffers.
+        origin: of `map`.
+        labels: of the robots.
+        log: receives sentences.
+        tracking: a tracker that replaces the default one; its latency is not doubted.
+
+    Attributes:
+        pipeline: turns images into results.
+        labels: of its robots.
+    """
+
+    def __init__(
+        self,
+        config: EstimatorConfig,
+        inputs: TelemetryBuffers,
+        origin: MapOrigin,
+        labels: Labels,
+        log: Events,
+        tracking: Tracking | None = None,
+    ) -> None:
+        self._inputs, self._origin, self._log = inputs, origin, log
+        self.labels = labels
+        tracker = tracking or Tracker(config, labels, log)
+        self.pipeline = Pipeline(config, inputs, tracker, origin, log)
+        self._guard = self._new_guard()
+        self._behind: deque[DetectionFrame] = deque()
+        self._pending: set[Box] = set()
+        finds = config.camera.find_latency and tracking is None
+        searches = config.noise.value("latency_s") > 0.0
+        self._doubt = LatencyDoubt(config, inputs) if finds and not searches else None
+        self._wrap: Callable[[Tracking], Tracking] = _as_it_is
+
+    def wrap_tracking(self, wrap: Callable[[Tracking], Tracking]) -> None:
+        """Put something around the tracker, and around the one that may follow it."""
+        self._wrap = wrap
+        self.pipeline.tracking = wrap(self.pipeline.tracking)
+
+    def reconfigure(self, config: EstimatorConfig, area: tuple[Polygon, ...]) -> None:
+        """Use another configuration from the next image on; a latency that was found stays.
+
+        Args:
+            config: differs in parameters that may be changed in flight.
+            area: its area of operation.
+        """
+        if self._doubt is not None:
+            config = self._doubt.reconfigure(config)
+        self.pipeline.reconfigure(config, area)
+
+    def telemetry(self, frame: DetectionFrame) -> SceneTelemetry | MissingTelemetry | Exception:
+        """Return the telemetry of an image's scene, what is missing, or why it cannot be used."""
+        return attempt(self._inputs.at, frame.stamp_ns - self.pipeline.latency.scene_ns)
+
+    def result(
+        self, frame: DetectionFrame, samples: SceneTelemetry | MissingTelemetry | Exception
+    ) -> FrameResult:
+        """Return the result of an image; see `Guard.result`."""
+        if self._behind:
+            self._catch_up()
+        result = self._guard.result(frame, samples)
+        seen = self.pipeline.measured
+        if self._doubt is not None and seen is not None:
+            self._doubt.note(seen[0], self.pipeline.corrects)
+        return self._mixed(result)
+
+    def predicted(self, stamp_ns: int) -> FrameResult:
+        """Return robots predicted to a later time; the state is not changed."""
+        return self._mixed(self.pipeline.predicted(stamp_ns))
+
+    def weigh_latency(self, frame: DetectionFrame) -> Settled:
+        """Change to the tracks of another latency if that seems right by the last image.
+
+        Args:
+            frame: the last image.
+
+        Returns:
+            Decisions on boxes that were pending with the former tracks.
+        """
+        doubt = self._doubt
+        if doubt is None or not doubt.active:
+            return Settled()
+        local, seen = self._origin.local, self.pipeline.measured
+        measured = None
+        if local is not None and seen is not None and seen[0].detections.stamp_ns == frame.stamp_ns:
+            measured = seen[1]
+            if frame.stamp_ns >= doubt.due_ns and attempt(doubt.update, *seen, local) is not None:
+                doubt.close()
+                return Settled()
+        image = SeenImage(frame, measured, self.pipeline.corrects)
+        found = attempt(doubt.try_another, image, self._origin, self.labels)
+        if isinstance(found, Exception):
+            doubt.close()
+        elif found is not None:
+            settled = self._take_over(found)
+            self._say_latency(doubt.stamped_seldom)
+            return settled
+        return Settled()
+
+    def forget_images(self) -> None:
+        """Try no latency with the images so far: telemetry or `map` are others now."""
+        if self._doubt is not None:
+            self._doubt.forget_images()
+
+    def reset(self) -> None:
+        """End all tracks; robots get new labels."""
+        if self._doubt is not None and self._doubt.active:
+            self._doubt.reset()
+        self._behind.clear()
+        self.pipeline.reset()
+        self._guard.reset()
+        self.labels.release()
+
+    def _new_guard(self) -> Guard:
+        return Guard(self.pipeline, self.labels, self._origin, self._log)
+
+    def _mixed(self, result: FrameResult) -> FrameResult:
+        """Return a result with what another latency would make of it."""
+        return result if self._doubt is None else self._doubt.mixed(result, self._origin.local)
+
+    def _take_over(self, trial: LatencyTrial) -> Settled:
+        """Publish a trial's tracks from the next image on; return what it decides of boxes."""
+        trial.adopt_labels()
+        settled = trial.settled(self.pipeline.end())
+        trial.log.join(self._log)
+        self.labels, self.pipeline = trial.identity, trial.pipeline
+        self.pipeline.tracking = self._wrap(self.pipeline.tracking)
+        self._behind = deque(image.frame for image in trial.waiting)
+        self._pending = trial.pending
+        self._guard = self._new_guard()
+        return settled
+
+    def _say_latency(self, stamped_seldom: bool) -> None:
+        """Say once that the latency is estimated, and why."""
+        if self._log.counts["latency_doubted"]:
+            return
+        self._log.counts["latency_doubted"] += 1
+        why = "Boxes do not fit camera.latency_s"
+        if stamped_seldom:
+            why = "Telemetry has the stamps of images that are far apart, and is late by up to that"
+        self._log.add(
+            f"{why}: the latency of the images is estimated from now on, and positions are as "
+            "uncertain as that makes them. State camera.latency_s if you know it."
+        )
+
+    def _catch_up(self) -> None:
+        """Take in images that were published with the configured latency, in the right order."""
+        behind, self._behind = self._behind, deque()
+        for frame in behind:
+            self._guard.result(frame, self.telemetry(frame))
+        self.pipeline.tracking.keep_pending(self._pending)
+
+
+def _as_it_is(tracking: Tracking) -> Tracking:
+    return tracking
