@@ -47,6 +47,24 @@ class StationarityTuning:
 TUNING = StationarityTuning()
 
 
+@dataclass(frozen=True)
+class _Rested:
+    """What former spans tell of a track.
+
+    Attributes:
+        nats: log odds that it stays to that it swims.
+        loose: log odds that it stayed at first and has come loose since, to the same.
+    """
+
+    nats: float = 0.0
+    loose: float = 0.0
+
+    def then(self, rests: float) -> _Rested:
+        """Return what is told after another span, by the log odds of that one."""
+        nats = min(max(self.nats + rests, -TUNING.most_nats), TUNING.most_nats)
+        return _Rested(nats, max(self.loose, nats))
+
+
 class StationarityTest:
     """Weighs whether tracks that may be references have moved lately.
 
@@ -58,8 +76,8 @@ class StationarityTest:
         self._source = source
         self._kept: deque[Glimpse] = deque()
         self._begun: Glimpse | None = None
-        # By reference and label: log odds of all former spans that it stays to that it swims.
-        self._rested: dict[tuple[str, str], float] = {}
+        # By reference and label.
+        self._rested: dict[tuple[str, str], _Rested] = {}
         self._accepted_jumps = np.zeros(2)
 
     def rename(self, names: Mapping[str, str]) -> None:
@@ -70,7 +88,7 @@ class StationarityTest:
         )
         self._begun = None
         self._rested = {
-            (one, names.get(label, label)): nats for (one, label), nats in self._rested.items()
+            (one, names.get(label, label)): told for (one, label), told in self._rested.items()
         }
 
     def forget(self, name: str) -> None:
@@ -78,7 +96,7 @@ class StationarityTest:
         for glimpse in self._kept:
             glimpse.expected.pop(name, None)
         self._begun = None
-        self._rested = {key: nats for key, nats in self._rested.items() if key[0] != name}
+        self._rested = {key: told for key, told in self._rested.items() if key[0] != name}
 
     def restart(self) -> None:
         """Compare from now on: another calibration has moved the tracks."""
@@ -148,7 +166,7 @@ class StationarityTest:
         return {
             row: _in_a_crowd(
                 some,
-                self._rested.get((one.name, tracks[row].robot_id), 0.0),
+                self._rested.get((one.name, tracks[row].robot_id), _Rested()),
                 [_by_velocity(law, row), lately.get(row, Look())],
             )
             for row, some in looks.items()
@@ -166,8 +184,7 @@ class StationarityTest:
             looks = looks_since(begun, now, one, tracks, self._source) if one.stays else {}
             for row, look in looks.items():
                 key = one.name, tracks[row].robot_id
-                total = self._rested.get(key, 0.0) + look.rests
-                self._rested[key] = min(max(total, -TUNING.most_nats), TUNING.most_nats)
+                self._rested[key] = self._rested.get(key, _Rested()).then(look.rests)
 
 
 def _by_velocity(law: PositionLaw, row: int) -> Look:
@@ -193,15 +210,15 @@ def _alone(looks: Sequence[Look]) -> Motion:
     return Motion(0.0, -worst.nats, worst.metres, max(one.misfit for one in looks))
 
 
-def _in_a_crowd(looks: Sequence[Look], former: float, lately: Sequence[Look]) -> Motion:
+def _in_a_crowd(looks: Sequence[Look], former: _Rested, lately: Sequence[Look]) -> Motion:
     """Return the motion of a track where others are of its class, which swim.
 
-    What has come loose stayed in former spans and swims in this one.
+    What has come loose swims as they do.
 
     Args:
         looks: since former images.
-        former: log odds of former spans that it stays to that it swims.
+        former: what former spans tell.
         lately: by its velocity, and since the end of the last of these spans.
     """
-    rests = former + max(lately, key=lambda one: one.tells).rests
-    return replace(_alone(looks), nats=rests, adrift=former)
+    rests = former.nats + max(lately, key=lambda one: one.tells).rests
+    return replace(_alone(looks), nats=rests, adrift=former.loose)
