@@ -10,7 +10,7 @@ random direction, and each flight is flown again with the opposite error. So a f
 mean square that the filter and the bound are told, and no correlation with the receiver's error.
 RMS over the robots in view, each second from 10 s on; the bound is given the beacon's place as the
 filter is. In `leaves`, the beacon has boxes in the first 20 s only, and counted is from 20 s on. In
-`wrong`, its stated place is 5 m off.
+`wrong`, its stated place is 5 m off. In `crowd`, the beacon is of the robots' class.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ from aerial_gnss_ros.simulation.chance import generator
 Array = NDArray[np.float64]
 Record = dict[str, float | int | str]
 FROM_S, LEAVES_S, WRONG_M = 10.0, 20.0, 5.0
+ROBOTS = "aqua"
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Case:
         family: hover, orbit or transit.
         moving: whether the robots swim.
         sigma_m: of the survey; 0: the beacon is not stated as a reference.
-        kind: right, wrong or leaves.
+        kind: right, wrong, leaves or crowd.
     """
 
     family: str
@@ -70,6 +71,7 @@ class Case:
 CASES = [
     *(Case("orbit", moving, sigma) for moving in (False, True) for sigma in (0.0, 0.05, 0.2, 1.0)),
     *(Case("orbit", m, 0.05, kind) for kind in ("wrong", "leaves") for m in (False, True)),
+    Case("orbit", True, 0.05, "crowd"),
     *(Case(family, m, s) for family in ("hover", "transit") for m in (False, True)
       for s in (0.0, 0.05)),
 ]  # fmt: skip
@@ -89,19 +91,25 @@ def _fly(case: Case, seed: int, off: Array) -> dict[str, float]:
     """Return the figures of one flight, its survey being off by (2,), m East and North."""
     cell, setting = Cell(case.family, 30.0, "consumer", case.moving), Setting(robots=4, beacons=1)
     made = experiment(cell, seed, setting)
-    stated = {"classes.beacon.max_speed": 0.01, "classes.beacon.acceleration": 0.0}
+    crowd = case.kind == "crowd"
+    stated: dict[str, object] = {}
+    if not crowd:
+        stated = {"classes.beacon.max_speed": 0.01, "classes.beacon.acceleration": 0.0}
     place = made.swarm.positions([0.0])[0, :, :2]
     latitude, longitude = LocalMap(ORIGIN).places(place + off)
     known = {}
     if case.sigma_m:
         degrees = [math.degrees(latitude[0]), math.degrees(longitude[0])]
         stated |= {f"references.pier.{key}": value for key, value in (
-            ("class", "beacon"), ("position", degrees), ("sigma_m", case.sigma_m))}  # fmt: skip
+            ("class", ROBOTS if crowd else "beacon"), ("position", degrees),
+            ("sigma_m", case.sigma_m))}  # fmt: skip
         known = {0: case.sigma_m}
     parameters = config(cell, replace(setting, stated=stated))
     images = list(made.detections())
     if case.kind == "leaves":
         images = [_without(image) if image[0].t > LEAVES_S else image for image in images]
+    if crowd:
+        images = [_alike(image) for image in images]
     engines: list[Estimator] = []
 
     def watch(engine: Estimator, _results: list[FrameResult]) -> None:
@@ -137,7 +145,7 @@ def _fly(case: Case, seed: int, off: Array) -> dict[str, float]:
             sums["bound"] += float(np.trace(limits[k, robot, :2, :2]))
     return {
         "samples": samples, **sums,
-        "used": int("Reference pier is beacon" in said), "refused": int("is not used" in said),
+        "used": int("positions refer to it" in said), "refused": int("is not used" in said),
     }  # fmt: skip
 
 
@@ -146,6 +154,12 @@ def _without(image: Image) -> Image:
     frame, boxes, found = image
     kept = [i for i, name in enumerate(found.class_ids) if name != "beacon"]
     return frame, boxes, found.rows(kept)
+
+
+def _alike(image: Image) -> Image:
+    """Return an image in which the detector takes the beacon for one of the robots."""
+    frame, boxes, found = image
+    return frame, boxes, replace(found, class_ids=(ROBOTS,) * len(found.class_ids))
 
 
 def row(words: str, flights: list[Record]) -> list[str]:
