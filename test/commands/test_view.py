@@ -125,7 +125,8 @@ def test_the_cameras_image_has_boxes_with_the_robots_names(page, flight, tmp_pat
         names = "return [...document.querySelectorAll('#boxes text')].map((one) => one.textContent)"
         found = wait_for(driver, f"const n = (() => {{ {names} }})(); return n.length && n.sort()")
         assert found == ["aqua_1", "aqua_2"]
-        assert driver.execute_script("return document.getElementById('image').naturalWidth") == 640
+        width = "return document.getElementById('image').naturalWidth"
+        assert wait_for(driver, width) == 640
 
 
 @pytest.mark.browser
