@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import cv2
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.detection.second_look import SecondLook
-from aerial_gnss_ros.detection.second_look_terms import Terms
+from aerial_gnss_ros.detection.second_look_terms import ODDS_UNIT, Terms
 from aerial_gnss_ros.training.proposals import Proposals, joined, judged
 from aerial_gnss_ros.training.second_look import main
 from aerial_gnss_ros.training.share import Share
@@ -87,22 +88,23 @@ def test_it_learns_what_the_detector_does_not_know(tmp_path, crosses):
     from aerial_gnss_ros.training.second_look_network_fit import fit
     from aerial_gnss_ros.training.second_look_network_pretrained import read
 
-    network = fit(crosses, Terms(), 40, 1, read(SHIPPED), threads=1, batch=32)
+    learnt, kept = (
+        Proposals(*(getattr(crosses, one.name)[part] for one in fields(Proposals)))
+        for part in (slice(300), slice(300, None))
+    )
+    network = fit(learnt, Terms(), 40, 1, read(SHIPPED), threads=1, batch=32)
     path = tmp_path / "look.onnx"
-    image = np.full((90, 180, 3), 70, np.uint8)
-    image[29:61, 41:49] = image[41:49, 29:61] = 200
-    image[29:61, 119:151] = 200
-    xywh = np.array([[44.5, 44.5, 32.0, 32.0], [134.5, 44.5, 32.0, 32.0]])
-    scores = np.array([0.5, 0.5])
     write(network, Terms(), Share(), path)
-    alone = SecondLook(path, 1).scores(image, xywh, scores)
-    assert alone[0] > 0.6
-    assert alone[1] < 0.4
-    write(network, Terms(), Share(0.5, 1.0), path)
-    mixed = SecondLook(path, 1).scores(image, xywh, np.array([0.7, 0.2]))
-    odds = np.log(alone / (1 - alone)), np.log([0.7 / 0.3, 0.2 / 0.8])
-    # The first scores are an input of the network, so that its own answer moves a little.
-    np.testing.assert_allclose(np.log(mixed / (1 - mixed)), sum(odds) / 2 + 1, atol=0.5)
+    inner = kept.views[:, 8:72, 8:72]  # as large as a look
+    traits = np.zeros((len(kept), 3), np.float32)
+    traits[:, 0] = np.where(kept.is_robot, -0.2, 0.2)  # the detector knows it the wrong way round
+    alone = SecondLook(path, 1).run(inner, traits)
+    assert np.quantile(alone[kept.is_robot], 0.1) > 0.6
+    assert np.quantile(alone[~kept.is_robot], 0.9) < 0.4
+    write(network, Terms(), Share(0.25, 1.0), path)
+    mixed = SecondLook(path, 1).run(inner, traits)
+    expected = 0.25 * np.log(alone / (1 - alone)) + 0.75 * ODDS_UNIT * traits[:, 0] + 1.0
+    np.testing.assert_allclose(np.log(mixed / (1 - mixed)), expected, atol=1e-3)
 
 
 @pytest.mark.ultralytics
