@@ -44,7 +44,7 @@ from unseen_water_tables import SOURCES, above, at_recall, by_kind, false_boxes,
 
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.second_look import SecondLook
-from aerial_gnss_ros.detection.second_look_terms import ODDS_UNIT, log_odds, score_of, traits
+from aerial_gnss_ros.detection.second_look_terms import ODDS_UNIT, traits
 from aerial_gnss_ros.training.proposals import Proposals, joined
 from aerial_gnss_ros.training.score import Score
 from aerial_gnss_ros.training.second_look_network import write
@@ -70,9 +70,7 @@ class Sharing(SecondLook):
 
     def run(self, shown: NDArray[np.uint8], inputs: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the shared scores (n,)."""
-        weight = self._share.weight
-        odds = weight * log_odds(super().run(shown, inputs)) + self._share.shift
-        return score_of(odds + (1.0 - weight) * ODDS_UNIT * inputs[:, 0])
+        return self._share.scores(super().run(shown, inputs), ODDS_UNIT * inputs[:, 0])
 
 
 def looks(second: SecondLook, seen: Sequence[Seen]) -> list[Look]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,18 @@ class Share:
     weight: float = 1.0
     shift: float = 0.0
 
+    def scores(
+        self, second: NDArray[np.float64], first_odds: NDArray[np.floating[Any]]
+    ) -> NDArray[np.float64]:
+        """Return the combined scores (n,).
+
+        Args:
+            second: (n,) scores by the second look.
+            first_odds: (n,) log odds by the detector.
+        """
+        odds = self.weight * log_odds(second) + (1.0 - self.weight) * first_odds
+        return score_of(odds + self.shift)
+
 
 @dataclass(frozen=True)
 class Look:
@@ -55,8 +68,8 @@ class Look:
     def shared(self, weight: float) -> tuple[Detections, Truth]:
         """Return the boxes with combined scores: `weight` of the second look's log odds."""
         found = self.found
-        odds = weight * log_odds(self.scores) + (1.0 - weight) * log_odds(found.scores)
-        mixed = np.where(self.scores == found.scores, found.scores, score_of(odds))
+        both = Share(weight).scores(self.scores, log_odds(found.scores))
+        mixed = np.where(self.scores == found.scores, found.scores, both)
         order = np.argsort(-mixed, kind="stable")
         boxes = Detections(
             found.xywh[order], mixed[order], found.class_ids[order], found.class_names

@@ -12,7 +12,7 @@ import pytest
 
 from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.base import Detections
-from aerial_gnss_ros.training.share import Look, best_share, strictest_share
+from aerial_gnss_ros.training.share import Look, Share, best_share, strictest_share
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -68,3 +68,10 @@ def test_the_strictest_share_gives_up_robots_only_as_far_as_allowed():
     assert strictest_share([[look], [lost, lost]], [0.5, 0.0])[1] == 0.0
     with pytest.raises(ModelError, match="ask for fewer"):
         strictest_share([[look], [lost]], [0.5, 1.0])
+
+
+def test_log_odds_are_shared_by_weight_and_then_shifted():
+    """A quarter of log 9 and three quarters of -log 4, and 0.5 more; even odds are 0."""
+    mixed = Share(0.25, 0.5).scores(np.array([0.9, 0.5]), np.array([-np.log(4.0), 0.0]))
+    odds = np.array([0.25 * np.log(9.0) - 0.75 * np.log(4.0) + 0.5, 0.5])
+    np.testing.assert_allclose(np.log(mixed / (1.0 - mixed)), odds)
