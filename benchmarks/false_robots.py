@@ -7,11 +7,12 @@ python benchmarks/false_robots.py --flights 5 --markdown docs/results/detection.
 Simulated flights of 40 s (hover 10 m, orbit 20 m, transit 20 m; RTK, 5 images a second) over three
 swimming robots, with false boxes added as the detector has them on photographs of water that its
 second look has not seen: as many of each kind, with their scores, as `unseen_water.py` prints for
-each source with `--weight 0.5 --shift -0.9` (`SCENES`, `SCORES`; `dock`: lifts). How long a thing
-lasts and how it moves is not in photographs, and is stated here: swimmers swim, boats drift, docks
-stay; foam dissolves (mean of 1 s) and drifts; glint flashes at one place of the image. `foam` and
-`glint` have six times as many boxes as the worst water, all of one kind. Scores of one thing are
-alike: of their variance, a part is the thing's, and the rest changes in 0.3 s
+each source with `--weight 0.5 --shift -0.9` (`SCENES`, `SCORES`; of all that is false at the shore
+the scores are those of boat lifts, and the North Sea's one boat counts as a swimmer). How long a
+thing lasts and how it moves is not in photographs, and is stated here: swimmers swim, boats drift,
+docks stay; foam dissolves (mean of 1 s) and drifts; glint flashes at one place of the image. `foam`
+and `glint` have six times as many boxes as the worst water, all of one kind. Scores of one thing
+are alike: of their variance, a part is the thing's, and the rest changes in 0.3 s
 (`lasting_scores.py`). A false robot is a name whose first position is farther than 2 m from every
 robot.
 """

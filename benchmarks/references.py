@@ -36,11 +36,11 @@ from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.simulation.chance import generator
+from aerial_gnss_ros.simulation.robot_models import AQUA
 
 Array = NDArray[np.float64]
 Record = dict[str, float | int | str]
 FROM_S, LEAVES_S, WRONG_M = 10.0, 20.0, 5.0
-ROBOTS = "aqua"
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def _fly(case: Case, seed: int, off: Array) -> dict[str, float]:
     if case.sigma_m:
         degrees = [math.degrees(latitude[0]), math.degrees(longitude[0])]
         stated |= {f"references.pier.{key}": value for key, value in (
-            ("class", ROBOTS if crowd else "beacon"), ("position", degrees),
+            ("class", AQUA if crowd else "beacon"), ("position", degrees),
             ("sigma_m", case.sigma_m))}  # fmt: skip
         known = {0: case.sigma_m}
     parameters = config(cell, replace(setting, stated=stated))
@@ -159,7 +159,7 @@ def _without(image: Image) -> Image:
 def _alike(image: Image) -> Image:
     """Return an image in which the detector takes the beacon for one of the robots."""
     frame, boxes, found = image
-    return frame, boxes, replace(found, class_ids=(ROBOTS,) * len(found.class_ids))
+    return frame, boxes, replace(found, class_ids=(AQUA,) * len(found.class_ids))
 
 
 def row(words: str, flights: list[Record]) -> list[str]:
