@@ -135,7 +135,7 @@ def fly(number: int, cell: Cell, seed: int, share: float) -> Record:
     }
     return Record(
         number, seed, share, squared, tuple(alone), trace(limits), trace(first), nees,
-        sum(len(robot.labels) == len(made) for robot in fleet.robots), len(names),
+        sum(len(robot.labels) == len(made) for robot in fleet.table.robots), len(names),
         1e3 * spent / len(sightings), agreement(used), told,
         beside.best, beside.best_nees, beside.expected, beside.nees,
     )  # fmt: skip

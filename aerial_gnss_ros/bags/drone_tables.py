@@ -18,7 +18,7 @@ from aerial_gnss_ros.adapters.table_files import table_rows
 from aerial_gnss_ros.bags.results import PLATFORM_STEP_NS
 from aerial_gnss_ros.bags.tables import Track
 from aerial_gnss_ros.core.fleet.agreement import DroneReport
-from aerial_gnss_ros.core.fleet.fleet import FleetUpdate
+from aerial_gnss_ros.core.fleet.publication import FleetUpdate
 from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.text.sentences import cut

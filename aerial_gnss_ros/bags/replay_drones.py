@@ -19,7 +19,8 @@ from aerial_gnss_ros.bags.reader import BagReader
 from aerial_gnss_ros.bags.replay import Replay, Summary
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.estimator import Estimator
-from aerial_gnss_ros.core.fleet.fleet import Fleet, FleetUpdate, refuse_unable
+from aerial_gnss_ros.core.fleet.fleet import Fleet, refuse_unable
+from aerial_gnss_ros.core.fleet.publication import FleetUpdate
 from aerial_gnss_ros.core.fleet.sighting import Sighting, SightingTap
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.tracker.protocol import Tracking

@@ -20,8 +20,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.estimation.attempt import attempt
-from aerial_gnss_ros.core.fleet.fleet import Fleet, FleetUpdate
+from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.core.fleet.outbox import SECOND_NS, SentSighting
+from aerial_gnss_ros.core.fleet.publication import FleetUpdate
 
 TOO_LATE = "too_late"
 FAILED = "failed"
@@ -191,7 +192,7 @@ class History:
             self._copies.append(_Copy(key, copy.deepcopy(self.fleet), dict(self._sessions)))
         if self._sessions.get(sent.drone, sent.session) != sent.session:
             number = self._drones.index(sent.drone)  # it has restarted: other names, other robots
-            for robot in self.fleet.robots:
+            for robot in self.fleet.table.robots:
                 robot.release(number)
         self._sessions[sent.drone] = sent.session
         self.applied += 1

@@ -14,11 +14,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
-from aerial_gnss_ros.core.fleet.fleet import Fleet, FleetUpdate, refuse_unable
+from aerial_gnss_ros.core.fleet.fleet import Fleet, refuse_unable
 from aerial_gnss_ros.core.fleet.gaps import Gaps
 from aerial_gnss_ros.core.fleet.history import TUNING as HISTORY
 from aerial_gnss_ros.core.fleet.history import History
 from aerial_gnss_ros.core.fleet.outbox import SECOND_NS, SentSighting
+from aerial_gnss_ros.core.fleet.publication import FleetUpdate
 from aerial_gnss_ros.core.fleet.sighting import Sighting
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError

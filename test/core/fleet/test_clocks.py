@@ -77,7 +77,7 @@ def test_an_offset_is_that_to_the_other_or_to_the_median(clocks, expected):
 
 def test_robots_come_back_from_a_drones_time_as_they_were(swimming):
     fleet, _ = late(swimming, 0.2).together()
-    state, second = fleet.state, fleet._drones[1]
+    state, second = fleet.table.state, fleet._drones[1]
     state.activate(1)
     before, P = state.joint.robots.copy(), state.whole()[1]
     state._moves[:] = True, True, False

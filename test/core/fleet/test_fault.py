@@ -95,10 +95,10 @@ def test_drones_are_suspected_where_surely_one_is_wrong(ratios, expected):
 def test_the_state_shows_whose_error_is_larger_than_stated(two_rtk, drone):
     fleet, _ = two_rtk.together()
     stationary = [one.stationary for one in fleet._drones]
-    before = suspicions(fleet.state, stationary)
+    before = suspicions(fleet.table.state, stationary)
     assert culprit(before) is None
     assert len(before) == 2 * len(FAULTS)
-    fleet.state.activate(drone)
-    fleet.state.joint.mean[5] = math.radians(10.0)
-    found = culprit(suspicions(fleet.state, stationary))
+    fleet.table.state.activate(drone)
+    fleet.table.state.joint.mean[5] = math.radians(10.0)
+    found = culprit(suspicions(fleet.table.state, stationary))
     assert (found.drone, found.fault.sensor) == (drone, "compass")

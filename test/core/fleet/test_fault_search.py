@@ -42,7 +42,7 @@ def test_a_drone_with_a_wrong_compass_is_named_alone_and_does_no_harm(fleet_of, 
     assert first[wrong] < 5.0
     assert last == {"a": "", "b": ""} | {wrong: "compass"}
     # They are as good as the right one, and robots keep one name.
-    assert [len(robot.labels) for robot in fleet.robots] == [2, 2, 2]
+    assert [len(robot.labels) for robot in fleet.table.robots] == [2, 2, 2]
     assert len({one.robot_id for _, _, u in updates[60:] for one in u.estimates}) == 3
     right = "ab".replace(wrong, "")
     alone = flown.rms([result.estimates for result in flown.alone[right]], 6.0)
@@ -100,14 +100,14 @@ def test_a_fault_that_the_data_no_longer_show_is_taken_back(two_rtk):
     wrong.fault = compass
     wrong.state_receiver(wrong.last)
     search = FaultSearch(fleet._drones, 0.75)
-    heading, covariance = fleet.state.platform(1)
+    heading, covariance = fleet.table.state.platform(1)
     assert abs(heading[5]) < 3.0 * math.sqrt(covariance[5, 5]) + math.radians(0.3)
-    fleet.state.activate(1)
-    fleet.state.joint.mean[5] = math.radians(10.0)
-    assert search.update(fleet.state, fleet.robots, now_ns) is None
+    fleet.table.state.activate(1)
+    fleet.table.state.joint.mean[5] = math.radians(10.0)
+    assert search.update(fleet.table.state, fleet.table.robots, now_ns) is None
     assert wrong.fault is compass
-    fleet.state.joint.mean[5] = np.float64(0.0)
-    assert search.update(fleet.state, fleet.robots, now_ns + 10**9) is None
+    fleet.table.state.joint.mean[5] = np.float64(0.0)
+    assert search.update(fleet.table.state, fleet.table.robots, now_ns + 10**9) is None
     assert wrong.fault is None
 
 
@@ -125,7 +125,7 @@ def test_trials_become_rare_while_none_convinces_and_one_that_does_is_soon_confi
 
     search._try = trial
     for now in range(100, 600):
-        found = search.update(fleet.state, fleet.robots, now * SECOND // 10)
+        found = search.update(fleet.table.state, fleet.table.robots, now * SECOND // 10)
         if found is not None:
             break
     pauses = np.diff(tried)
@@ -138,6 +138,6 @@ def test_trials_become_rare_while_none_convinces_and_one_that_does_is_soon_confi
 
 def test_a_drone_alone_is_not_suspected(two_rtk):
     fleet, _ = two_rtk.together()
-    fleet.state.joint.mean[5] = math.radians(20.0)
+    fleet.table.state.joint.mean[5] = math.radians(20.0)
     search = FaultSearch(fleet._drones[:1], 0.75)
-    assert search.update(fleet.state, fleet.robots, 10**18) is None
+    assert search.update(fleet.table.state, fleet.table.robots, 10**18) is None

@@ -126,7 +126,7 @@ def only(seen, keep):
 
 
 def _fleet_robots(flown):
-    return flown.together()[0].robots
+    return flown.together()[0].table.robots
 
 
 def test_a_robot_that_no_drone_sees_coasts_and_ends(two_rtk):
@@ -163,9 +163,9 @@ def test_while_all_drones_are_silent_robots_are_predicted_and_end(two_rtk):
 
 def test_a_fleet_that_is_made_again_keeps_its_names(two_rtk):
     fleet, _ = two_rtk.together()
-    for robot, name in zip(fleet.robots, ("x", "y", "z"), strict=True):
+    for robot, name in zip(fleet.table.robots, ("x", "y", "z"), strict=True):
         robot.name = name
-    names = {label: robot.name for robot in fleet.robots for label in [robot.labels[1]]}
+    names = {label: robot.name for robot in fleet.table.robots for label in [robot.labels[1]]}
     anew = Fleet({name: two_rtk.configs[name] for name in "ba"}, two_rtk.local)
     anew.follow(fleet)
     for seen in two_rtk.sightings["b"]:
@@ -220,7 +220,7 @@ def test_a_robot_that_returns_elsewhere_gets_a_record_of_its_own(two_rtk):
     (after,) = (one.position for one in update.estimates if one.robot_id == robot)
     assert np.linalg.norm(after - before) < 0.05
     assert update.names.get(seen.labels[0]) != robot
-    assert len(fleet.robots) == 4
+    assert len(fleet.table.robots) == 4
 
 
 @pytest.mark.parametrize(

@@ -155,11 +155,11 @@ def test_robots_that_stay_are_corrected_in_either_law(flown):
     }
     fleet, updates = replace(flown, configs=asked).together()
     _, plain = replace(flown, configs=configs).together()
-    law = fleet.staying.law
+    law = fleet.table.staying.law
     assert np.count_nonzero(law.sway) >= 3
     assert list(links(fleet)) == ["pier"]
-    mean, _ = fleet._references.published(law, fleet.state.joint)
-    (slot,) = np.flatnonzero(law.ids == fleet.state.joint.ids[pier_of(fleet)])
+    mean, _ = fleet._references.published(law, fleet.table.state.joint)
+    (slot,) = np.flatnonzero(law.ids == fleet.table.state.joint.ids[pier_of(fleet)])
     np.testing.assert_allclose(mean[slot, :2], true_place(flown, PIER), atol=0.1)
     after, before = (of_robot(flown, which, OURS)[-1] for which in (updates, plain))
     assert after.sigma < 1.05 * before.sigma
@@ -167,7 +167,7 @@ def test_robots_that_stay_are_corrected_in_either_law(flown):
 
 
 def pier_of(fleet):
-    return [robot.class_id for robot in fleet.robots].index("beacon")
+    return [robot.class_id for robot in fleet.table.robots].index("beacon")
 
 
 def test_all_drones_profit_from_what_one_sees(flown):
@@ -175,8 +175,8 @@ def test_all_drones_profit_from_what_one_sees(flown):
     _, without, _ = together(flown)
     for drone in "ab":  # whose configuration states it
         fleet, updates, notes = together(flown, **{drone: {"pier": true_place(flown, PIER)}})
-        (ours,) = (robot for robot in fleet.robots if robot.labels.keys() == {1})
-        (pier,) = (robot for robot in fleet.robots if robot.class_id == "beacon")
+        (ours,) = (robot for robot in fleet.table.robots if robot.labels.keys() == {1})
+        (pier,) = (robot for robot in fleet.table.robots if robot.class_id == "beacon")
         assert notes == [f"Reference pier is {pier.name}: positions refer to it."]
         before, after = (of_robot(flown, which, OURS) for which in (without, updates))
         assert {one.robot_id for one in after} == {ours.name}
@@ -258,7 +258,7 @@ def test_what_stands_out_of_the_water_is_expected_between_where_the_drones_show_
     (place,) = staying_references([Drone("a", stating(flown, {"pier": true_place(flown, PIER)}))])
     high = replace(place, height=2.0)
     fleet = Fleet(flown.configs, flown.local)
-    references = FleetReferences(fleet._drones, (high,), fleet.state, CommonShare(0.5))
+    references = FleetReferences(fleet._drones, (high,), fleet.table.state, CommonShare(0.5))
     seen = [flown.sightings[name][-1] for name in "ab"]
     shown = [Expected.of(high, one.pose, flown.local).position for one in seen]
     assert np.linalg.norm(shown[1] - shown[0]) > 1.0

@@ -19,17 +19,17 @@ def watched(two_rtk):
     _, seen, _ = updates[-1]
     drone = fleet._drones[1]
     slots = {
-        k: next(i for i, robot in enumerate(fleet.robots) if robot.labels.get(1) == label)
+        k: next(i for i, robot in enumerate(fleet.table.robots) if robot.labels.get(1) == label)
         for k, label in enumerate(seen.labels)
     }
-    fleet.state.look(1, drone.view)
+    fleet.table.state.look(1, drone.view)
 
     def gate(moved_px, speed=0.0):
         pixels = seen.pixels.copy()
         pixels[1] += moved_px
         changed = replace(seen, pixels=pixels)
-        fits = fitting(fleet.state, changed, drone.view, drone.model, slots)
-        return usable(fleet.state.joint, fleet.robots, 1, fits, slots, speed, 11.6)
+        fits = fitting(fleet.table.state, changed, drone.view, drone.model, slots)
+        return usable(fleet.table.state.joint, fleet.table.robots, 1, fits, slots, speed, 11.6)
 
     return fleet, slots, gate
 
@@ -43,9 +43,9 @@ def test_boxes_near_their_robots_fit_and_one_far_off_does_not(watched):
 
 def test_a_box_that_a_turn_explains_fits_and_its_velocity_becomes_unsure(watched):
     fleet, slots, gate = watched
-    before = fleet.state.joint.blocks()[:, 2, 2]
+    before = fleet.table.state.joint.blocks()[:, 2, 2]
     assert gate((18.0, 0.0), speed=0.75) == [0, 1, 2]
-    more = fleet.state.joint.blocks()[:, 2, 2] - before
+    more = fleet.table.state.joint.blocks()[:, 2, 2] - before
     assert more[slots[1]] == pytest.approx(0.75**2)
     assert [more[slots[0]], more[slots[2]]] == [0.0, 0.0]
     assert gate((400.0, 0.0), speed=0.75) == [0, 2]
@@ -53,6 +53,6 @@ def test_a_box_that_a_turn_explains_fits_and_its_velocity_becomes_unsure(watched
 
 def test_a_good_box_leaves_velocities_alone(watched):
     fleet, _, gate = watched
-    before = fleet.state.joint.covariance.copy()
+    before = fleet.table.state.joint.covariance.copy()
     gate((4.0, -3.0), speed=0.75)
-    np.testing.assert_array_equal(before, fleet.state.joint.covariance)
+    np.testing.assert_array_equal(before, fleet.table.state.joint.covariance)

@@ -237,8 +237,8 @@ def thinned(fleet_of):
 
 
 def bits(fleet):
-    mean, P, order = fleet.state.whole()
-    names = [(r.name, r.labels, r.tracks, r.began_ns) for r in fleet.robots]
+    mean, P, order = fleet.table.state.whole()
+    names = [(r.name, r.labels, r.tracks, r.began_ns) for r in fleet.table.robots]
     return mean.tobytes(), P.tobytes(), order, names
 
 
@@ -279,7 +279,7 @@ def test_the_names_of_a_restarted_drone_are_other_robots(thinned):
 
     history, clock = made(Fleet(flown.configs, flown.local), "a", "b")
     fly(history, clock, [(0.0, one) for one in told if one.sequence < half])
-    before = list(history.fleet.robots)
+    before = list(history.fleet.table.robots)
     assert all(0 in robot.labels for robot in before)
     history.add(restarted(next(s for s in told if s.drone == "a" and s.sequence == half)))
     clock.ns = 10**12
@@ -293,4 +293,4 @@ def test_the_names_of_a_restarted_drone_are_other_robots(thinned):
         north = (one.latitude - places[one.robot_id][0]) * 6.37e6
         east = (one.longitude - places[one.robot_id][1]) * 6.2e6
         assert math.hypot(east, north) < 1.0
-    assert {r.name for r in history.fleet.robots} == {r.name for r in fleet.robots}
+    assert {r.name for r in history.fleet.table.robots} == {r.name for r in fleet.table.robots}

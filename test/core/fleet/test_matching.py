@@ -24,7 +24,7 @@ def merged_at(flown):
 
 def test_robots_of_both_drones_are_one_after_a_second_and_never_two(two_rtk):
     fleet, found = merged_at(two_rtk)
-    assert len(fleet.robots) == len(found) == 3
+    assert len(fleet.table.robots) == len(found) == 3
     assert all(TUNING.sure_s <= seconds < TUNING.sure_s + 2.0 for seconds in found.values())
     names = {one.robot_id for _, _, u in two_rtk.together()[1] for one in u.estimates}
     assert len(names) == 3  # none was published under a second name meanwhile
@@ -33,7 +33,7 @@ def test_robots_of_both_drones_are_one_after_a_second_and_never_two(two_rtk):
 def test_a_robot_begun_late_gets_its_name_when_it_is_nobody_else_s(two_rtk):
     fleet, _ = two_rtk.together()
     matching, now_ns = RobotMatching(fleet._drones), 10**18
-    robots = fleet.robots
+    robots = fleet.table.robots
     robots[0].name, robots[0].labels = "", {1: "x"}
     robots[1].labels, robots[2].labels = {0: "y"}, {0: "z"}
     robots[0].began_ns = now_ns - 10**9
@@ -51,22 +51,22 @@ def test_robots_of_three_drones_are_one(fleet_of):
     """With a third drone each robot has two candidates, which are the same robot."""
     flown = fleet_of(count=3, noises=("consumer",) * 3, seed=8, duration=7.0)
     fleet, updates = flown.together()
-    assert [len(robot.labels) for robot in fleet.robots] == [3, 3, 3]
+    assert [len(robot.labels) for robot in fleet.table.robots] == [3, 3, 3]
     errors = flown.errors(updates[-1][2].estimates)
     assert sorted(robot for _, robot in errors.values()) == [0, 1, 2]
 
 
 def test_two_robots_that_a_third_drone_shows_are_never_one(two_rtk):
     fleet, _ = two_rtk.together()
-    robots = fleet.robots
-    joint = fleet.state.joint
+    robots = fleet.table.robots
+    joint = fleet.table.state.joint
     joint.robots[1, :2] = joint.robots[0, :2]  # nothing else tells them apart
     robots[0].seen_ns, robots[1].seen_ns = {0: 10**18}, {1: 10**18}
     three = RobotMatching([*fleet._drones, fleet._drones[0]])
-    both = [three.update(fleet.state, robots[:2], 10**18 + k * 10**9) for k in (0, 1)]
+    both = [three.update(fleet.table.state, robots[:2], 10**18 + k * 10**9) for k in (0, 1)]
     robots[0].seen_ns[2] = robots[1].seen_ns[2] = 10**18
     three = RobotMatching([*fleet._drones, fleet._drones[0]])
-    neither = [three.update(fleet.state, robots[:2], 10**18 + k * 10**9) for k in (0, 1)]
+    neither = [three.update(fleet.table.state, robots[:2], 10**18 + k * 10**9) for k in (0, 1)]
     assert neither == [[], []]
     assert both == [[], [(0, 1)]]
 

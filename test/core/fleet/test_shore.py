@@ -136,7 +136,7 @@ def test_positions_go_on_without_images_and_names_through_new_parameters(shore, 
     assert [one.robot_id for one in later.estimates] == [one.robot_id for one in last.estimates]
     for one, before in zip(later.estimates, last.estimates, strict=True):
         assert one.sigma > before.sigma
-    for robot in shore.history.fleet.robots:
+    for robot in shore.history.fleet.table.robots:
         robot.name = robot.name.replace("aqua", "robot")
     shore.describe("b", "b", estimator_config({"noise.set": "rtk"}), None)
     anew = shore.advance()

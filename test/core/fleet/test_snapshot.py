@@ -19,9 +19,9 @@ def snapshot(two_rtk):
 
 def test_robots_lie_where_the_filter_has_them(snapshot):
     fleet, one = snapshot
-    errors, _ = fleet.state.platform(1)
-    of = {robot.labels[1]: slot for slot, robot in enumerate(fleet.robots)}
-    places = fleet.state.joint.robots[[of[label] for label in one.labels], :2]
+    errors, _ = fleet.table.state.platform(1)
+    of = {robot.labels[1]: slot for slot, robot in enumerate(fleet.table.robots)}
+    places = fleet.table.state.joint.robots[[of[label] for label in one.labels], :2]
     assert np.linalg.norm(one.placed(errors).places - places, axis=1).max() < 0.3
     assert one.class_ids == ["aqua"] * 3
 

@@ -41,9 +41,9 @@ def test_what_stays_makes_all_drones_more_precise(orbit):
     fleet = finding(orbit)
     estimates = [fleet.update(name, seen).estimates for name, seen in told(orbit)]
     swimming = [update.estimates for *_, update in orbit.together()[1]]
-    assert fleet.staying.law is not None
-    assert np.count_nonzero(fleet.staying.law.sway) == 3
-    assert fleet.staying.weights()[1] > 0.99
+    assert fleet.table.staying.law is not None
+    assert np.count_nonzero(fleet.table.staying.law.sway) == 3
+    assert fleet.table.staying.weights()[1] > 0.99
     sigma, other = (np.mean([one.sigma for one in of[-1]]) for of in (estimates, swimming))
     assert sigma < 0.7 * other
     for one in estimates[-1]:
@@ -68,7 +68,7 @@ def test_robots_that_swim_are_published_as_if_nobody_asked(fleet_of):
     fleet = finding(flown)
     found = [fleet.update(name, seen).estimates for name, seen in told(flown)]
     plain = [update.estimates for *_, update in flown.together()[1]]
-    assert fleet.staying.law is None
+    assert fleet.table.staying.law is None
     assert repr(found[-1]) == repr(plain[-1])
 
 
@@ -76,12 +76,12 @@ def test_a_receiver_that_jumps_makes_it_begin_anew(orbit):
     fleet, sightings = finding(orbit), told(orbit)
     for name, seen in sightings[:150]:
         fleet.update(name, seen)
-    before = fleet.staying.law
+    before = fleet.table.staying.law
     assert before is not None
     name, seen = sightings[150]
     fleet.update(name, replace(seen, believed=seen.believed + 5.0))
-    assert fleet.staying.law is not before
-    assert fleet.staying.weights()[1] < 0.01
+    assert fleet.table.staying.law is not before
+    assert fleet.table.staying.weights()[1] < 0.01
 
 
 def test_a_robot_that_the_other_drone_shows_is_not_missed(orbit):
@@ -108,16 +108,16 @@ def test_a_single_robot_that_two_drones_show_is_found_to_stay(one_robot):
     fleet = finding(one_robot)
     for name, seen in told(one_robot):
         fleet.update(name, seen)
-    assert len(fleet.robots) == 1
-    assert fleet.staying.law is not None
-    assert fleet.staying.weights()[1] > 0.9
+    assert len(fleet.table.robots) == 1
+    assert fleet.table.staying.law is not None
+    assert fleet.table.staying.weights()[1] > 0.9
 
 
 def test_a_single_robot_that_one_drone_shows_is_not_asked_for(one_robot):
     fleet, first = finding(one_robot), [s for name, s in told(one_robot) if name == "a"]
     for seen in first:
         fleet.update("a", seen)
-        assert fleet.staying.law is None
+        assert fleet.table.staying.law is None
 
 
 def test_a_single_robot_of_which_the_other_drone_tells_no_more_is_given_up(one_robot):
@@ -126,6 +126,6 @@ def test_a_single_robot_of_which_the_other_drone_tells_no_more_is_given_up(one_r
         if name == "a" or (seen.pose.stamp_ns - START_NS) * 1e-9 < 9.0:
             fleet.update(name, seen)
         if (seen.pose.stamp_ns - START_NS) * 1e-9 < 18.0:
-            found = fleet.staying.law
+            found = fleet.table.staying.law
     assert found is not None
-    assert fleet.staying.law is None
+    assert fleet.table.staying.law is None
