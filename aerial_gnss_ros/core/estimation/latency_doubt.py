@@ -38,8 +38,8 @@ from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial, learn
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
 from aerial_gnss_ros.core.estimation.time_in_motion import TimeInMotion
-from aerial_gnss_ros.core.filter.joint_filter import TUNING as JOINT_FILTER
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
+from aerial_gnss_ros.core.filter.restarts import TUNING as RESTARTS
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.labels import Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
@@ -70,7 +70,7 @@ class LatencyDoubtTuning:
     settled_apart_s: float = 0.25
     """Latencies nearer to the configured one do not keep the question open, s: they take long to
     tell apart. Judged."""
-    known_s: float = JOINT_FILTER.sure_s
+    known_s: float = RESTARTS.sure_s
     """Sigma of another latency below which images are taken in once more, s: above, the filter
     learns nothing else."""
     interval_s: float = 0.4

@@ -1,36 +1,39 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Effects of a possible rotation of the camera on robots, and their evidence on it.
+"""The camera's poses, effects of a wrong one on robots, and their evidence on it.
 
 Either robots have moved or the camera has turned: until that is decided (`AttitudeAmbiguity`),
 covariances contain the possible rotation. A jump of orientation or height while no robot is in view
-remains in the covariances of all robots until it is reversed, or fades as other errors do.
+remains in the covariances of all robots until it is reversed, or fades as other errors do. A jump
+of the receiver moves camera and robots alike, and their covariances contain it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
+from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.faults.formation import Formation, formation
+from aerial_gnss_ros.core.faults.gnss_jump import nobody
+from aerial_gnss_ros.core.faults.rotation_fault import RobotsInView
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
+from aerial_gnss_ros.core.filter.alternative_laws import AlternativeLaws
 from aerial_gnss_ros.core.filter.blocks import StateBlocks
-from aerial_gnss_ros.core.filter.linearization import (
-    CameraView,
-    by_angles,
-    by_errors,
-    relinearize,
-)
+from aerial_gnss_ros.core.filter.camera_trajectory import CameraTrajectory
+from aerial_gnss_ros.core.filter.linearization import by_angles, by_errors, relinearize
+from aerial_gnss_ros.core.filter.restarts import Restarts
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.geometry.map_pose import MapPose
-from aerial_gnss_ros.core.models.camera_motion import CameraMotion
 from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
 from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
-from aerial_gnss_ros.core.models.motion_model import ClassMotions, MotionModel
-from aerial_gnss_ros.core.models.platform_model import ANGLES, HEIGHT
+from aerial_gnss_ros.core.models.motion_model import ClassMotions
+from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, HEIGHT, LATENCY, PlatformModel
 from aerial_gnss_ros.core.values.events import Events
 
 Array = NDArray[np.float64]
@@ -39,23 +42,91 @@ Array = NDArray[np.float64]
 class CameraFaults(StateBlocks):
     """Robots in rows 0 to n - 1, seen by one camera that may be wrong.
 
-    Attributes:
+    Args:
+        config: noise, motion and the gimbal's reference.
         log: receives warnings.
-        orientation_jumped: whether the camera's orientation has jumped with the last image, and not
-            back.
+
+    Attributes:
+        log: likewise.
+        model: of the platform's errors.
         motions: motion models by class.
         motion: model of classes without their own parameters.
+        trajectory: poses of the camera.
+        laws: beside the joint states.
+        restarts: lets robots begin anew, as while the latency is unknown.
+        orientation_jumped: whether the camera's orientation has jumped with the last image, and not
+            back.
+        jumped: whether orientation or height have jumped with the last image.
     """
 
-    log: Events
-    motions: ClassMotions
-    motion: MotionModel
-    orientation_jumped: bool
-    _climbed: float
-    _late: bool
-    _stationary: Array
-    _motion: CameraMotion
-    _sight: CameraView | None
+    def __init__(self, config: EstimatorConfig, log: Events) -> None:
+        self.log = log
+        self.model = PlatformModel(config.noise, config.gimbal.reference)
+        self.motions = ClassMotions(config)
+        self.motion = self.motions.default
+        self.trajectory = CameraTrajectory(config.camera.latency_s, log)
+        self.laws = AlternativeLaws(self.model, config.tracks.find_moored)
+        self.restarts = Restarts(self.laws)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget robots and camera."""
+        self._wider: Array = np.ones(COUNT)
+        self._stationary = self.model.stationary(None)
+        self.clear(self._stationary)
+        self._fresh = True
+        self.orientation_jumped = self.jumped = False
+        self._climbed = 0.0
+        self.trajectory.reset()
+        self.laws.reset()
+        self.restarts.reset(float(self._stationary[LATENCY, LATENCY]))
+
+    @property
+    def stationary(self) -> Array:
+        """(7, 7) covariance of the platform's errors when nothing is known."""
+        return self._stationary
+
+    def update_camera(self, frame: PosedFrame, robots_tell: Callable[[], bool] = nobody) -> bool:
+        """Take in the pose of an image; return whether its boxes can be used.
+
+        Args:
+            frame: the image.
+            robots_tell: tests by robots, on copies of the previous filter, whether its position has
+                jumped (see `GnssJumpDetector`).
+        """
+        variance = self._stationary.item
+        stated = math.sqrt(max(variance(0, 0), variance(0, 1), variance(1, 0), variance(1, 1)))
+        settled, jump = self.trajectory.test_position(frame, stated, robots_tell)
+        self._stationary = self._wider * self.model.stationary(frame.pose.fix_covariance)
+        if self._fresh:
+            self.clear(self._stationary)
+            self._fresh = False
+        if frame.latency is not None:
+            self._settle(*frame.latency)
+        if jump is not None:
+            self._follow_jump(jump)
+        unsure = frame.latency[1] if self.restarts.late and frame.latency is not None else 0.0
+        self.trajectory.look(frame, unsure)
+        self._look_for_jumps()
+        return settled
+
+    def _follow_jump(self, jump: Array) -> None:
+        """Follow an accepted jump (3,) of the position, m."""
+        self.laws.restart()
+        for group in self._groups:
+            group.shift(jump[:2])
+        away = self.trajectory.jumps.believed
+        self.ambiguity.shifted(float(away @ away))
+        self.ambiguity.keep_jump()
+        self._spread_doubt()
+
+    def _settle(self, latency_s: float, sigma: float) -> None:
+        """Take over the latency's estimate."""
+        for group in self._groups:
+            group.settle(LATENCY, latency_s, sigma)
+        if self.laws.moored is not None:
+            self.laws.moored.settle(LATENCY, latency_s, sigma)
+        self.restarts.note_latency(sigma)
 
     def speeds(self, rows: Indices | list[int]) -> Array | float:
         """Return one sigma of robots' unknown velocities, each axis, m/s: (n,), or one for all."""
@@ -88,7 +159,7 @@ class CameraFaults(StateBlocks):
         Either the camera has turned, or it had turned before and is right again: so robots not in
         these images become as uncertain as those initialised from them.
         """
-        self.ambiguity.update(0.0 if self._late else seconds, over)
+        self.ambiguity.update(0.0 if self.restarts.late else seconds, over)
         self._spread_doubt()
 
     def formation(
@@ -107,10 +178,10 @@ class CameraFaults(StateBlocks):
         moved = []
         for row in old:
             group = self._groups[group_of[row]]
-            relinearize(group, self._seen_from())
+            relinearize(group, self.trajectory.seen_from)
             moved.append(by_errors(group, slot_of[row : row + 1]))
         by_platform = np.concatenate(moved)
-        height = float(self._seen_from().measured.position[2])
+        height = float(self.trajectory.seen_from.measured.position[2])
         return formation(
             offsets, spread + more, by_platform[:, :, ANGLES],
             height * by_platform[:, :, HEIGHT], possible,
@@ -118,7 +189,7 @@ class CameraFaults(StateBlocks):
 
     def note_displacement(self, turn: Array, spread: Array, squared: float) -> None:
         """Record the rotation that displaces all robots (see `AttitudeAmbiguity`)."""
-        if not self._late:
+        if not self.restarts.late:
             self.ambiguity.note_displacement(turn, spread, squared)
         self._spread_doubt()
 
@@ -138,8 +209,8 @@ class CameraFaults(StateBlocks):
         """
         if self.orientation_jumped and usable and unseen:
             self.ambiguity.keep_jump(unseen=True)
-        if self._motion.height_jump and (unseen or self._climbed):
-            self._climbed += self._motion.height_jump
+        if self.trajectory.motion.height_jump and (unseen or self._climbed):
+            self._climbed += self.trajectory.motion.height_jump
             stated = float(self._stationary[HEIGHT, HEIGHT])
             matters = self._climbed**2 > SURE_SIGMAS**2 * stated
             by_height = self._farthest_by_height() if matters else 0.0
@@ -150,27 +221,33 @@ class CameraFaults(StateBlocks):
         """Return the greatest squared displacement of a robot by an error of the height of 1 m."""
         farthest = 0.0
         for group in self._groups:
-            relinearize(group, self._seen_from())
+            relinearize(group, self.trajectory.seen_from)
             moved = by_errors(group, np.arange(len(group.by_pose)))[:, :, HEIGHT]
             farthest = max(farthest, float(np.sum(moved**2, axis=1).max(initial=0.0)))
         return farthest
 
     def _spread_doubt(self) -> None:
         """Inflate the covariances of all robots by the attitude ambiguity."""
-        if not self.ambiguity.active or self._sight is None:
+        if not self.ambiguity.active or self.trajectory.view is None:
             return
         for group in self._groups:
-            relinearize(group, self._sight)
+            relinearize(group, self.trajectory.view)
             known = np.arange(len(group.by_pose))  # except robots initialised from this image
             moved = by_angles(group, known)
             self.rotation_fault.spread(group.velocity_changes, known, moved, seen=False)
 
-    def _jumped(self, pose: MapPose, passed: float) -> bool:
+    def _look_for_jumps(self) -> None:
+        """Note whether orientation or height have jumped with the last image."""
+        self.orientation_jumped = self._has_jumped()
+        self.jumped = self.orientation_jumped or bool(self.trajectory.motion.height_jump)
+
+    def _has_jumped(self) -> bool:
         """Return whether the camera's orientation has jumped, and not back."""
-        jump = self._motion.jump
+        jump, passed = self.trajectory.motion.jump, self.trajectory.passed
         if jump is None:
             return False
-        if self.ambiguity.update_jump(level_axes(pose.rotation).T @ jump, passed):
+        axes = level_axes(self.trajectory.seen_from.measured.rotation)
+        if self.ambiguity.update_jump(axes.T @ jump, passed):
             self.log.add("The camera's orientation is back where it was before it jumped.")
             return False
         self.log.counts["orientation_jumps"] += 1
@@ -181,6 +258,9 @@ class CameraFaults(StateBlocks):
         )
         return True
 
-    def _seen_from(self) -> CameraView:
-        assert self._sight is not None  # noqa: S101 - `update_camera` came first
-        return self._sight
+    def _in_view(self, group: JointState, slots: Indices) -> RobotsInView:
+        """Return what robots in view tell of a camera that rotates."""
+        unknown = group.covariance.diagonal()[COUNT:].reshape(-1, 4)[slots, 2:].sum(axis=1)
+        fastest = group.motion(self.motion, slots).fastest
+        moved = by_angles(group, slots)
+        return RobotsInView(group.velocity_changes, slots, moved, unknown, fastest)

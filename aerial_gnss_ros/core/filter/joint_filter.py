@@ -4,68 +4,33 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
-from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector, nobody
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_fault import RobotsInView
 from aerial_gnss_ros.core.filter.camera_faults import CameraFaults
-from aerial_gnss_ros.core.filter.correlation_times import CorrelationTimes
 from aerial_gnss_ros.core.filter.innovation import (
     PairInnovations,
     joint_covariance,
     pair_innovations,
 )
-from aerial_gnss_ros.core.filter.linearization import (
-    CameraView,
-    by_angles,
-    by_platform,
-    relinearize,
-)
-from aerial_gnss_ros.core.filter.moored_mixture import MooredMixture
-from aerial_gnss_ros.core.filter.recalibration import (
-    CalibrationChange,
-    recalibrate,
-    reinitialize,
-)
+from aerial_gnss_ros.core.filter.linearization import CameraView, by_platform, relinearize
+from aerial_gnss_ros.core.filter.recalibration import CalibrationChange, recalibrate
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import Outcome, correct, linearise
-from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
-from aerial_gnss_ros.core.models.camera_motion import TUNING as CAMERA_MOTION
-from aerial_gnss_ros.core.models.camera_motion import CameraMotion
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
-from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY
 from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.text.sentences import counted
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class JointFilterTuning:
-    """Chosen numbers of this module, with their units and where they come from."""
-
-    sure_s: float = 0.1
-    """An unknown latency counts as known once its sigma is at most this, s. Judged."""
-    unsure_s: float = 0.2
-    """A known latency counts as unknown once its sigma is above this, s. Judged."""
-    feigned_mps: float = 2.0
-    """Apparent speed of a robot that a wrong latency can cause, one sigma, m/s. Judged."""
-
-
-TUNING = JointFilterTuning()
-
-
 _NO_ROWS: Indices = np.zeros(0, np.intp)
 
 
@@ -77,123 +42,29 @@ class JointFilter(CameraFaults):
         log: receives warnings.
 
     Attributes:
-        moored: weighs whether robots that seem to stay do; None: it is not asked for.
         monitor: consistency of innovations with the stated noise.
-        jumps: detector of GNSS jumps.
         noise: ratio of actual to stated white noise.
-        times: weighs for how long the platform's slow errors last.
-        jumped: whether orientation or height have jumped with the last image.
     """
 
     def __init__(self, config: EstimatorConfig, log: Events | None = None) -> None:
-        self.log = log or Events()
         self.monitor = InnovationMonitor()
-        self.model = PlatformModel(config.noise, config.gimbal.reference)
-        self.motions = ClassMotions(config)
-        self.motion = self.motions.default
-        self._latency_ns = round(config.camera.latency_s * 1e9)
-        self.moored = MooredMixture() if config.tracks.find_moored else None
         self.noise = NoiseLevel()
-        self.times = CorrelationTimes(self.model)
-        self.jumps = GnssJumpDetector(self.log)
-        self.reset()
+        super().__init__(config, log or Events())
 
     def reset(self) -> None:
         """Reset robots and platform."""
-        self._wider: Array = np.ones(COUNT)
-        self._stationary = self.model.stationary(None)
-        self.clear(self._stationary)
-        self._fresh = True
-        if self.moored is not None:
-            self.moored.reset()
-        self._late = self._stationary[LATENCY, LATENCY] > TUNING.sure_s**2
-        self._found = False
+        super().reset()
         self._refusing = False
-        self._pose_ns: int | None = None
-        self._motion = CameraMotion()
-        self._recalibrated = self._anew = False
-        self.jumps.reset()
-        self._sight: CameraView | None = None
-        self.orientation_jumped = self.jumped = False
-        self._climbed = 0.0
         self.monitor.reset()
         self.noise.reset()
-        self.times.reset()
-
-    @property
-    def stationary(self) -> Array:
-        """(7, 7) covariance of the platform's errors when nothing is known."""
-        return self._stationary
 
     def predict(self, seconds: float) -> None:
         """Predict to a later time."""
-        if not self._late:
-            self.times.predict(self._groups[0], seconds, self._stationary, self.motion)
-        if self.moored is not None:
-            keep = self.model.decay(seconds)
-            self.moored.predict(self._groups, seconds, keep, self._stationary, self.motion)
+        self.laws.predict(self._groups, seconds, self._stationary, self.motion, self.restarts.late)
         self.predict_with(self._groups, seconds)
         if self.ambiguity.episodes and seconds > 0.0:
             keep = self.model.decay(seconds)
             self.ambiguity.predict(seconds, float(keep[ANGLES.start]))
-
-    def update_camera(self, frame: PosedFrame, robots_tell: Callable[[], bool] = nobody) -> bool:
-        """Take in the pose of an image; return whether its boxes can be used.
-
-        Args:
-            frame: the image.
-            robots_tell: tests by robots, on copies of the previous filter, whether its position has
-                jumped (see `GnssJumpDetector`).
-        """
-        pose, measured = frame.pose, frame.in_map
-        passed = 0.0 if self._pose_ns is None else (pose.stamp_ns - self._pose_ns) * 1e-9
-        expected = None if self._recalibrated else self._motion.predicted_position(passed)
-        variance = self._stationary.item
-        stated = math.sqrt(max(variance(0, 0), variance(0, 1), variance(1, 0), variance(1, 1)))
-        settled, jump = self.jumps.update(measured.position, expected, passed, stated, robots_tell)
-        known = pose.fix_covariance
-        self._stationary = self._wider * self.model.stationary(known)
-        if self._fresh:
-            self.clear(self._stationary)
-            self._fresh = False
-        if frame.latency is not None:
-            self._settle(*frame.latency)
-        self._pose_ns = pose.stamp_ns
-        if jump is not None:
-            self._follow_jump(jump)
-        shown = MapPose(measured.position - self.jumps.offset, measured.rotation)
-        applied = (frame.detections.stamp_ns - pose.stamp_ns - self._latency_ns) * 1e-9
-        elsewhen = self._recalibrated or (
-            self._sight is not None and abs(applied - self._sight.applied) > CAMERA_MOTION.moved_s
-        )
-        self._recalibrated = False
-        foretold = self._motion.restart(shown) if elsewhen else self._motion.update(shown, passed)
-        self.orientation_jumped = self._motion.jump is not None and self._jumped(shown, passed)
-        self.jumped = self.orientation_jumped or bool(self._motion.height_jump)
-        unsure = frame.latency[1] if self._late and frame.latency is not None else 0.0
-        self._sight = CameraView.of(
-            frame.camera,
-            shown,
-            self._motion.rates,
-            applied,
-            foretold,
-            unsure,
-            pose.interpolation_noise(passed),
-        )
-        return settled
-
-    def _follow_jump(self, jump: Array) -> None:
-        """Follow an accepted jump (3,) of the position, m."""
-        self._motion.shift(jump)
-        self.times.restart()
-        if self.moored is not None:
-            self.moored.reset()
-        for group in self._groups:
-            group.shift(jump[:2])
-        away = self.jumps.believed
-        self.ambiguity.shifted(float(away @ away))
-        self.ambiguity.keep_jump()
-        self._spread_doubt()
 
     def reconfigure(self, config: EstimatorConfig, class_ids: Sequence[str]) -> None:
         """Use the motion models of another configuration from now on.
@@ -208,8 +79,8 @@ class JointFilter(CameraFaults):
         for group in self._groups:
             unlike = np.full((2, len(group)), np.nan)
             group.own = unlike if own is None else own[:, group.rows]
-        if self.moored is not None:
-            self.moored.reconfigure()
+        if self.laws.moored is not None:
+            self.laws.moored.reconfigure()
 
     def recalibrate(
         self, change: CalibrationChange, also: Sequence[JointState], searched: bool
@@ -221,29 +92,18 @@ class JointFilter(CameraFaults):
             also: other joint states of the same camera.
             searched: whether the latency is estimated by `LatencySearch`.
         """
-        self.times.restart()
-        later_ns = round(float(change.errors[LATENCY]) * 1e9)
-        self._latency_ns += later_ns
-        if self._pose_ns is not None and not searched:
-            self._pose_ns -= later_ns
-        if self._sight is None:
+        self.laws.times.restart()
+        self.trajectory.delay(float(change.errors[LATENCY]), searched)
+        view = self.trajectory.view
+        if view is None:
             return
-        if self.moored is not None:
-            self.moored.recalibrate(change, self._stationary, self._sight)
+        if self.laws.moored is not None:
+            self.laws.moored.recalibrate(change, self._stationary, view)
         for group in (*self._groups, *also):
-            recalibrate(group, change, self._stationary, self._sight, searched)
+            recalibrate(group, change, self._stationary, view, searched)
         if not change.modelled(self._stationary):
-            self._anew = True
-        self._recalibrated = True
-
-    def _settle(self, latency_s: float, sigma: float) -> None:
-        """Take over the latency's estimate."""
-        for group in self._groups:
-            group.settle(LATENCY, latency_s, sigma)
-        if self.moored is not None:
-            self.moored.settle(LATENCY, latency_s, sigma)
-        before, self._late = self._late, sigma > (TUNING.sure_s if self._late else TUNING.unsure_s)
-        self._found = not self._late and (before or self._found)
+            self.restarts.note_recalibration()
+        self.trajectory.note_recalibration()
 
     def compare(
         self,
@@ -263,8 +123,7 @@ class JointFilter(CameraFaults):
             floor: m², of the squared distance up to which a pair is returned.
             groups: other joint states to use; None: the filter's own.
         """
-        view, found = self._sight, []
-        assert view is not None  # noqa: S101 - `update_camera` came first
+        view, found = self.trajectory.seen_from, []
         rays = view.rays(seen.points)
         for group in self._groups if groups is None else groups:
             if len(group.rows):
@@ -305,7 +164,8 @@ class JointFilter(CameraFaults):
 
         Refused are detections that imply a speed above `tracks.max_speed`.
         """
-        if not len(rows) or self._sight is None:
+        view, late = self.trajectory.view, self.restarts.late
+        if not len(rows) or view is None:
             return _NO_ROWS
         self._discount(self.noise.take_underestimated())
         refused = [_NO_ROWS]
@@ -316,32 +176,18 @@ class JointFilter(CameraFaults):
         judged: list[RobotsInView] = []
         for group in self._groups:
             (slots,) = (column_of[group.rows] >= 0).nonzero()
-            if len(slots):
-                pixels = seen.pixels[column_of[group.rows[slots]]]
-                self._forget(group, slots)
-                outcome = correct(
-                    group,
-                    slots,
-                    pixels,
-                    self._sight,
-                    self.model,
-                    2.0 * self.motions.default_speed,
-                    self.noise.level,
-                )
-                if not self._late:
-                    used = pixels[np.searchsorted(slots, outcome.slots)]
-                    self._weigh(group, outcome, used)
-                group.doubt_platform(group.manoeuvre_noise.take_underestimated(), self._stationary)
-                if group is self._groups[0]:
-                    self.times.doubt_platform(self._stationary)
-                squared, count = squared + outcome.squared, count + outcome.count
-                if not self._late and self.rotation_fault.due:
-                    judged.append(self._in_view(group, slots))
-                refused.append(group.rows[outcome.refused])
-        self._found = self._anew = False
+            if not len(slots):
+                continue
+            pixels = seen.pixels[column_of[group.rows[slots]]]
+            outcome = self._update(group, slots, pixels, view)
+            squared, count = squared + outcome.squared, count + outcome.count
+            if not late and self.rotation_fault.due:
+                judged.append(self._in_view(group, slots))
+            refused.append(group.rows[outcome.refused])
+        self.restarts.done()
         if judged:
             self.rotation_fault.judge(judged, self.noise.unknown)
-        if not self._late:
+        if not late:
             errors, turned = self._groups[0].mean[:COUNT], self.rotation_fault.sigma
             for sentence in self.monitor.update_image(
                 squared, count, self.noise.level, turned, errors, self._stationary
@@ -352,54 +198,39 @@ class JointFilter(CameraFaults):
             self._report_refused(len(gone))
         return gone
 
-    def _forget(self, group: JointState, slots: Indices) -> None:
-        """Let robots begin anew where the latency or another calibration demands it.
+    def _update(
+        self, group: JointState, slots: Indices, pixels: Array, view: CameraView
+    ) -> Outcome:
+        """Update a group and the laws beside it; return how well the image fitted it.
 
         Args:
             group: the joint state.
-            slots: of robots that the image shows.
+            slots: (m,) of its robots that the image shows.
+            pixels: (m, 2) of their boxes.
+            view: the camera.
         """
-        if self._late or self._found:
-            if self.moored is not None:
-                self.moored.reset()
-            self.times.restart()
-            relinearize(group, self._seen_from())
-            # Otherwise robots seem too fast.
-            feigned = TUNING.feigned_mps if self._late else 0.0
-            speeds = group.motion(self.motion, slots).speed_sigma
-            group.forget(slots, self._stationary, speeds + feigned)
-        if self._anew:
-            self.times.restart()
-            relinearize(group, self._seen_from())
-            speeds = group.motion(self.motion, slots).speed_sigma
-            reinitialize(group, slots, self._stationary, speeds)
-
-    def _weigh(self, group: JointState, outcome: Outcome, pixels: Array) -> None:
-        """Let the hypotheses beside a group take in an image that it has taken in.
-
-        Args:
-            group: the joint state.
-            outcome: how well the image fitted it.
-            pixels: (m, 2) of the boxes that were used.
-        """
-        sight, level = self._sight, self.noise.level
-        assert sight is not None  # noqa: S101 - the group has taken in an image of it
-        if self.moored is not None:
-            self.moored.update(group, outcome, pixels, sight, self.model, level)
-        if group is self._groups[0] and self.times.update(outcome, pixels, sight, level):
-            self.monitor.quick_s = self.times.unstated_s
-            if self.moored is not None:
-                self.moored.reset()
+        level, first = self.noise.level, group is self._groups[0]
+        self.restarts.apply(group, slots, view, self._stationary, self.motion)
+        fastest = 2.0 * self.motions.default_speed
+        outcome = correct(group, slots, pixels, view, self.model, fastest, level)
+        if not self.restarts.late:
+            used = pixels[np.searchsorted(slots, outcome.slots)]
+            if self.laws.update(group, first, outcome, used, view, level):
+                self.monitor.quick_s = self.laws.times.unstated_s
+        group.doubt_platform(group.manoeuvre_noise.take_underestimated(), self._stationary)
+        if first:
+            self.laws.times.doubt_platform(self._stationary)
+        return outcome
 
     def inflate_velocities(self, rows: Indices, speed: Array | float, seconds: float) -> None:
         """Inflate velocity covariances of robots, see `StateBlocks`."""
         super().inflate_velocities(rows, speed, seconds)
-        if self.times.runs:
+        if self.laws.times.runs:
             speeds = np.full(self._count, np.nan)
             speeds[rows] = speed
             speeds = speeds[self._groups[0].rows]
             slots = np.flatnonzero(~np.isnan(speeds))
-            self.times.inflate_velocities(slots, speeds[slots], seconds)
+            self.laws.times.inflate_velocities(slots, speeds[slots], seconds)
 
     def _discount(self, factor: float) -> None:
         """Let what boxes have told so far count less; the laws beside begin anew.
@@ -409,25 +240,17 @@ class JointFilter(CameraFaults):
         """
         if factor <= 1.0:
             return
-        if self.moored is not None:
-            self.moored.reset()
-        self.times.restart()
+        self.laws.restart()
         before, self._wider = self._wider, np.ones(COUNT)
         self._wider[ANGLES] = self.noise.of_slow_errors
         wider = self._wider / before
         for group in self._groups:
-            relinearize(group, self._seen_from())
+            relinearize(group, self.trajectory.seen_from)
             speeds = group.motion(self.motion).speed_sigma
             group.discount(factor, self._stationary, speeds, wider)
             group.manoeuvre_noise.forget()
             group.velocity_changes.discount(factor)
         self._stationary = wider * self._stationary
-
-    def _in_view(self, group: JointState, slots: Indices) -> RobotsInView:
-        unknown = group.covariance.diagonal()[COUNT:].reshape(-1, 4)[slots, 2:].sum(axis=1)
-        fastest = group.motion(self.motion, slots).fastest
-        moved = by_angles(group, slots)
-        return RobotsInView(group.velocity_changes, slots, moved, unknown, fastest)
 
     def _report_refused(self, refused: int) -> None:
         if refused and not self._refusing:
@@ -441,7 +264,7 @@ class JointFilter(CameraFaults):
         """Add a robot for each of the detections `columns`, in rows after the present ones."""
         if not len(columns):
             return
-        view, white, speed = self._seen_from(), seen.white, self.motions.default_speed
+        view, white, speed = self.trajectory.seen_from, seen.white, self.motions.default_speed
         rays = view.rays(seen.points)
         for group, rows, taken in self.allocate(np.asarray(columns, np.intp)):
             places, by_errors = relinearize(group, view, rays[taken])
@@ -450,6 +273,8 @@ class JointFilter(CameraFaults):
 
     def box_noise(self, places: Array) -> Array:
         """Return covariances (m, 2, 2) of positions that boxes' own noise causes, m²."""
-        by_pixel = np.linalg.inv(linearise(self._seen_from(), np.zeros(COUNT), places).by_place)
+        by_pixel = np.linalg.inv(
+            linearise(self.trajectory.seen_from, np.zeros(COUNT), places).by_place
+        )
         noise: Array = self.noise.level * self.model.pixel * by_pixel @ by_pixel.swapaxes(1, 2)
         return noise

@@ -60,7 +60,7 @@ class FilterSource:
     @property
     def believed(self) -> Array:
         """(2,) sum of the accepted jumps, m."""
-        return self._joint.jumps.believed
+        return self._joint.trajectory.jumps.believed
 
     def decay(self, seconds: float) -> Array:
         """Return the factors (7,) by which the errors decay over a time."""

@@ -57,9 +57,9 @@ def published(
         told = references.apply(table.tracks, mean, covariance, stamp_ns)
     seen = None if told is None or references is None else references.turned
     joint.add_fault_covariances(covariance, seen)
-    if joint.moored is not None and fork is None:
+    if joint.laws.moored is not None and fork is None:
         by_law = () if told is None or references is None else (references.published,)
-        joint.moored.publish(joint.groups, mean, covariance, *by_law)
+        joint.laws.moored.publish(joint.groups, mean, covariance, *by_law)
     if list(rows) != list(range(len(mean))):
         mean, covariance = mean[list(rows)], covariance[list(rows)]
     if encounters.ambiguous:

@@ -74,7 +74,7 @@ class Recovery:
         """
         if self.fork is not None and not self.fork.holds(stamp_ns):
             self.fork = None
-        jumps = self._table.filter.jumps
+        jumps = self._table.filter.trajectory.jumps
         if jumps.began:
             self.fork = self.fork or self._forked(stamp_ns)
             self.fork.jumped = True

@@ -111,7 +111,7 @@ class Tracker:
         usable = joint.update_camera(
             frame, lambda: robots_tell_jump(self.table, frame, seen, threshold)
         )
-        jumping = joint.jumps.began or self._recovery.fork is not None
+        jumping = joint.trajectory.jumps.began or self._recovery.fork is not None
         returned = jumping and self._recovery.telemetry_is_back(stamp_ns)
         if returned:
             self._go_back()
@@ -185,7 +185,7 @@ class Tracker:
             expected = [Expected.of(one, frame.pose, local) for one in places]
             self._references.update(self.table.tracks, expected, stamp_ns)
         estimates, platform = self._estimates(stamp_ns)
-        fork, moored = self._recovery.fork, self.table.filter.moored
+        fork, moored = self._recovery.fork, self.table.filter.laws.moored
         current = None if fork or moored is None else moored.current()
         corrects = dict(self._references.links)
         return TrackUpdate(estimates, names, *masks, platform, current, corrects)

@@ -162,7 +162,7 @@ def test_a_height_that_is_right_again_or_was_seen_to_jump_adds_nothing(sea, up_m
 def test_a_jump_of_the_height_counts_beyond_three_stated_sigmas(sea, step_m, matters):
     """Of 0.3 m each: covariances contain smaller ones."""
     joint = flown(sea).table.filter
-    joint._motion.height_jump = step_m
+    joint.trajectory.motion.height_jump = step_m
     joint.note_jump(usable=True, unseen=False)
     assert not joint.ambiguity.apart
     joint.note_jump(usable=True, unseen=True)

@@ -90,4 +90,4 @@ def test_it_begins_anew_with_the_filter(quick):
     joint = copy.deepcopy(quick(1)[0])
     joint.reset()
     assert joint.model.correlation_time_s == 300.0
-    assert joint.times.evidence < 0.0
+    assert joint.laws.times.evidence < 0.0

@@ -259,5 +259,5 @@ def test_a_drone_that_turns_back_tells_the_latency(sea, late_s):
 
 
 def test_moored_robots_are_sought_unless_that_is_switched_off():
-    assert JointFilter(estimator_config({})).moored is not None
-    assert JointFilter(estimator_config({"tracks.find_moored": False})).moored is None
+    assert JointFilter(estimator_config({})).laws.moored is not None
+    assert JointFilter(estimator_config({"tracks.find_moored": False})).laws.moored is None

@@ -139,7 +139,7 @@ def heading(law):
 
 def laws(engine):
     """Return the hypotheses of a flight in which something is moored or drifts."""
-    (group,) = engine._tracks.pipeline.tracking.table.filter.moored._all
+    (group,) = engine._tracks.pipeline.tracking.table.filter.laws.moored._all
     return [one for one in group.both if one.law is not None]
 
 
@@ -162,7 +162,7 @@ def test_another_calibration_keeps_what_is_known_of_motion(sea):
         likelier = d * (mean - swim) / prior + 0.5 * (variance - unsure) * (d / prior) ** 2
         assert one.evidence - evidence == pytest.approx(likelier, rel=1e-3)
     engine.reconfigure(estimator_config({**sea.origin, **RTK, "camera.latency_s": 0.1}))
-    assert engine._tracks.pipeline.tracking.table.filter.moored._all == []
+    assert engine._tracks.pipeline.tracking.table.filter.laws.moored._all == []
 
 
 def test_a_robot_that_comes_later_is_in_the_laws(sea):

@@ -112,7 +112,7 @@ def test_a_large_change_is_no_jump_of_the_camera_and_a_latency_none_of_time(sea)
     new = values | {"calibration.heading_deg": 30.0, "camera.latency_s": 0.05}
     engine.reconfigure(estimator_config({**sea.origin, **new}))
     joint = engine._tracks.pipeline.tracking.table.filter
-    assert joint._pose_ns == sea.stamp(CHANGED_S - 0.05)
+    assert joint.trajectory._pose_ns == sea.stamp(CHANGED_S - 0.05)
     last = sea.play(engine, world, END_S - CHANGED_S, begin=CHANGED_S, images=10)[-1]
     assert {one.robot_id for one in last.estimates} == {"aqua_1", "aqua_2", "aqua_3"}
     assert "orientation_jumps" not in engine.happened

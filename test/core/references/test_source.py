@@ -19,7 +19,7 @@ def test_it_reads_what_the_filter_has_now():
         assert law.mean is group.mean
         assert law.covariance is group.covariance
     assert len(source.laws) == 1
-    joint.jumps.believed[:] = 3.0, -1.0
+    joint.trajectory.jumps.believed[:] = 3.0, -1.0
     np.testing.assert_array_equal(source.believed, [3.0, -1.0])
     np.testing.assert_array_equal(source.stationary, joint.stationary)
     np.testing.assert_array_equal(source.decay(7.0), joint.model.decay(7.0))

@@ -29,7 +29,8 @@ def table(*labels):
         add_fault_covariances=lambda *_: None,
         platform=(np.arange(7.0), np.diag([4.0, *[0.0] * 6])),
     )
-    joint.moored, joint.groups = SimpleNamespace(publish=lambda *_: None), []
+    moored = SimpleNamespace(publish=lambda *_: None)
+    joint.laws, joint.groups = SimpleNamespace(moored=moored), []
     return SimpleNamespace(tracks=tracks, filter=joint)
 
 

@@ -24,7 +24,7 @@ def recovery(*tracks, began=False, returned=False):
     """Return a recovery, its matcher, and a record of calls of the filter."""
     reported = []
     joint = SimpleNamespace(
-        jumps=SimpleNamespace(began=began, returned=returned),
+        trajectory=SimpleNamespace(jumps=SimpleNamespace(began=began, returned=returned)),
         groups=[],
         ambiguity=SimpleNamespace(apart=0.0, covariance=np.zeros((3, 3))),
         update_ambiguity=lambda seconds, over=False: reported.append((seconds, over)),
@@ -75,7 +75,7 @@ def test_a_jump_keeps_robots_until_telemetry_is_back():
     found, _, reported = recovery(robot(), began=True)
     assert not found.telemetry_is_back(SECOND)
     assert found.fork.jumped
-    found._table.filter.jumps = SimpleNamespace(began=False, returned=True)
+    found._table.filter.trajectory.jumps = SimpleNamespace(began=False, returned=True)
     assert found.telemetry_is_back(2 * SECOND)
     found.go_back()
     assert reported == ["restored"]
