@@ -26,7 +26,7 @@ def published(
     table: TrackTable,
     encounters: Encounters,
     fork: Fork | None,
-    references: References | None,
+    references: References,
     local: LocalMap,
     altitude: float,
     stamp_ns: int,
@@ -37,7 +37,7 @@ def published(
         table: of the tracks.
         encounters: ambiguities of labels.
         fork: the alternative hypothesis, if there is one.
-        references: objects of known position; None without any.
+        references: objects of known position.
         local: the frame `map`.
         altitude: of the water above the ellipsoid, m.
         stamp_ns: of the image, ns.
@@ -52,13 +52,11 @@ def published(
     labelled.sort()
     labels, rows = zip(*labelled, strict=True)
     mean, covariance = joint.moments()
-    told = None
-    if references is not None:
-        told = references.apply(table.tracks, mean, covariance, stamp_ns)
-    seen = None if told is None or references is None else references.turned
+    told = references.apply(table.tracks, mean, covariance, stamp_ns)
+    seen = None if told is None else references.turned
     joint.add_fault_covariances(covariance, seen)
     if joint.laws.moored is not None and fork is None:
-        by_law = () if told is None or references is None else (references.published,)
+        by_law = () if told is None else (references.published,)
         joint.laws.moored.publish(joint.groups, mean, covariance, *by_law)
     if list(rows) != list(range(len(mean))):
         mean, covariance = mean[list(rows)], covariance[list(rows)]

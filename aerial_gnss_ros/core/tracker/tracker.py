@@ -21,9 +21,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.decision import NO_PAIRS
 from aerial_gnss_ros.core.association.image_tracks import ImageTracks
 from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.association.track import Track
@@ -43,18 +41,19 @@ from aerial_gnss_ros.core.references.candidates import Expected, below_camera
 from aerial_gnss_ros.core.references.references import References
 from aerial_gnss_ros.core.references.source import FilterSource
 from aerial_gnss_ros.core.tracker.box_account import BoxAccount, Settled, box_masks
-from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation, transience
+from aerial_gnss_ros.core.tracker.coasting import Coasting
+from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation
 from aerial_gnss_ros.core.tracker.gnss_jump_test import robots_tell_jump
 from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
+from aerial_gnss_ros.core.tracker.image_update import ImageUpdate
+from aerial_gnss_ros.core.tracker.labelling import Labelling
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
 from aerial_gnss_ros.core.tracker.publication import published, with_white
 from aerial_gnss_ros.core.tracker.recovery import Recovery
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate, State
+from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate
 from aerial_gnss_ros.core.values.events import Events
-
-Indices = NDArray[np.intp]
 
 
 class Tracker:
@@ -64,8 +63,6 @@ class Tracker:
         self, config: EstimatorConfig, identity: Labels, log: Events | None = None
     ) -> None:
         self.table = TrackTable(JointFilter(config, log))
-        self._coast_ns = round(config.tracks.coast_s * 1e9)
-        self._coast_of_class = _coast_of_class(config)
         self._searched = config.noise.value("latency_s") > 0.0
         self._known = config.references
         joint, threshold = self.table.filter, gate_threshold(config.tracks.gate_probability)
@@ -79,10 +76,17 @@ class Tracker:
             config.noise.value("box_center_px"), joint.motion.speed_sigma
         )
         self._image_evidence = ImageEvidence(self._image_tracks)
+        self._image_update = ImageUpdate(
+            self.table, self._matcher, self._encounters, self._image_evidence, self._recovery,
+            self._confirmation.rule,
+        )  # fmt: skip
         self._account = BoxAccount(self._confirmation.doubt)
+        self._coasting = Coasting(self.table, self._confirmation, config)
+        self._labelling = Labelling(
+            self.table, self._matcher, self._recovery, self._confirmation, self._account
+        )
         self._references = References(FilterSource(joint), joint.log)
         self._with_white = config.updates.covariance_parts
-        self._referenced = False
         self._identity = identity
         self._local: LocalMap | None = None
         self._stamp_ns: int | None = None
@@ -94,7 +98,6 @@ class Tracker:
         self.table.reset()
         self._encounters.reset()
         self._references.reset()
-        self._referenced = False
         self._confirmation.reset()
         self._image_tracks.reset()
         self._recovery.reset()
@@ -147,43 +150,25 @@ class Tracker:
         """
         boxes, stamp_ns = frame.detections, frame.detections.stamp_ns
         mismatch = self._matcher.scene_mismatch
-        rows, columns = self._associate(seen, stamp_ns)
+        rows, columns = self._image_update.assign(seen, stamp_ns)
         if self._matcher.scene_mismatch and self._recovery.explains(seen, stamp_ns):
             self._go_back()
             returned = True
-            rows, columns = self._associate(seen, stamp_ns)
-        tracks = self.table.tracks
-        if self._image_tracks.blind_ns is not None:
-            rows, columns = self._image_evidence.uncontradicted(tracks, boxes, seen, rows, columns)
-        columns, swaps = self._encounters.update(tracks, rows, columns, seen, stamp_ns)
-        for one, other in swaps:
-            tracks[one].swap_labels(tracks[other])
-        window_ns = self._confirmation.rule.window_ns
-        impossible, labelled = self.table.update(seen, rows, columns, stamp_ns, window_ns)
-        refused = columns[:0]
-        if len(impossible):
-            fast = np.isin(rows, impossible)
-            rows, columns, refused = rows[~fast], columns[~fast], columns[fast]
-        self._recovery.update(rows, labelled, stamp_ns, passed)
+            rows, columns = self._image_update.assign(seen, stamp_ns)
+        measured, refused = self._image_update.correct(seen, boxes, rows, columns, passed)
         if mismatch and not self._matcher.scene_mismatch:
             self._recovery.reject_unlabelled(stamp_ns)
-        measured = dict(zip(rows.tolist(), seen.index[columns].tolist(), strict=True))
-        if len(columns) + len(refused) < len(seen.index):
-            self.table.start(seen, measured, np.concatenate([columns, refused]), boxes)
         self._account.note(self.table.tracks, measured, boxes, sizes)
-        masks = box_masks(seen, measured, seen.index[refused], len(boxes.class_ids))
+        masks = box_masks(seen, measured, refused, len(boxes.class_ids))
         unexplained = returned or self._matcher.scene_mismatch or not len(seen.index)
         self._image_evidence.label(self.table.tracks, measured, frame, unexplained)
-        ready = self._confirmation.ready(stamp_ns)
-        replaced: set[int] = set()
-        if ready or self._matcher.scene_mismatch:
-            replaced = self._confirm(ready, len(seen.index), frame.pose.height, local, stamp_ns)
-        names = self._labelled(measured, replaced)
-        if frame.references or self._referenced:
-            self._referenced = True
-            places = below_camera(frame.references, frame.pose, self.table.filter.log)
-            expected = [Expected.of(one, frame.pose, local) for one in places]
-            self._references.update(self.table.tracks, expected, stamp_ns)
+        gone = self._labelling.update(len(seen.index), frame.pose.height, local, stamp_ns)
+        tracks = self.table.tracks
+        names = {tracks[row].robot_id: box for row, box in measured.items() if tracks[row].robot_id}
+        self._drop(gone)
+        places = below_camera(frame.references, frame.pose, self.table.filter.log)
+        expected = [Expected.of(one, frame.pose, local) for one in places]
+        self._references.update(self.table.tracks, expected, stamp_ns)
         estimates, platform = self._estimates(stamp_ns)
         fork, moored = self._recovery.fork, self.table.filter.laws.moored
         current = None if fork or moored is None else moored.current()
@@ -192,7 +177,7 @@ class Tracker:
 
     def reconfigure(self, config: EstimatorConfig, change: CalibrationChange) -> None:
         """Use another configuration from the next image on (see `Tracking`)."""
-        self._coast_of_class = _coast_of_class(config)
+        self._coasting.reconfigure(config)
         joint, fork = self.table.filter, self._recovery.fork
         joint.reconfigure(config, [track.class_id for track in self.table.tracks])
         self._identity.reconfigure(config)
@@ -203,8 +188,8 @@ class Tracker:
         if change:
             joint.recalibrate(change, () if fork is None else fork.groups, self._searched)
             self._references.recalibrate(change)
-        kept = [one for one in self._known if one in config.references]
-        self._references.forget([one.name for one in self._known if one not in kept])
+        gone = [one.name for one in self._known if one not in config.references]
+        self._references.forget(gone)
         self._known = config.references
 
     @property
@@ -278,92 +263,13 @@ class Tracker:
         """
         if posed:
             self._confirmation.rule.note(stamp_ns)
-        tracks, window_ns = self.table.tracks, self._confirmation.rule.window_ns
         passed = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * 1e-9
         if self._stamp_ns is not None:
             self.table.filter.predict(passed)
-            if self._recovery.fork is not None:
-                self._recovery.predict(passed)
-        self._stamp_ns = came_ns = stamp_ns
-        for track in tracks:  # robots stay until pending labels are decided
-            if track.label_pending:
-                came_ns = min(came_ns, track.first_seen_ns)
-        gone, tentative, coasting = set(), State.TENTATIVE, State.COASTING
-        new = sum(track.state is tentative for track in tracks)
-        for row, track in enumerate(tracks):
-            unseen_ns, patience_ns = stamp_ns - track.last_seen_ns, window_ns
-            if track.state is not tentative:
-                track.state = coasting
-                patience_ns = self._coast_of_class.get(track.class_id, self._coast_ns)
-                unseen_ns = came_ns - track.last_seen_ns
-            if unseen_ns > patience_ns:
-                if track.state is tentative and not self._confirmation.robots_missing(stamp_ns):
-                    self._confirmation.transients.note(stamp_ns, transience(track, new))
-                track.state = State.LOST
-                gone.add(row)
-        if gone:
-            self._drop(gone)
+            self._recovery.predict(passed)
+        self._stamp_ns = stamp_ns
+        self._drop(self._coasting.update(stamp_ns))
         return passed
-
-    def _associate(self, seen: Measurements, stamp_ns: int) -> tuple[Indices, Indices]:
-        """Associate an image's boxes; return rows and columns of the pairs."""
-        self._matcher.fresh_s = self._confirmation.rule.window_ns * 1e-9
-        able = self._matcher.gate(self.table.tracks, seen, stamp_ns)
-        if able is None:
-            return NO_PAIRS
-        self.table.note_innovations(able, seen, stamp_ns)
-        decided = self._matcher.assign(self.table.tracks, able, len(seen.index), stamp_ns)
-        self.table.apply(decided, able)
-        return decided.rows, decided.columns
-
-    def _confirm(
-        self, ready: list[int], boxes: int, height: float, local: LocalMap, stamp_ns: int
-    ) -> set[int]:
-        """Label the tracks with enough hits; return the rows that they replace.
-
-        Args:
-            ready: rows of these tracks.
-            boxes: number of the image's boxes on the water.
-            height: of the camera above the water, m.
-            local: the map.
-            stamp_ns: of the image, ns.
-        """
-        mismatch = self._matcher.scene_mismatch
-        if mismatch:
-            regrouped = self._recovery.regroup(ready)
-            if regrouped is not None:
-                self._account.confirm(self.table.tracks)
-                return regrouped
-        self._recovery.restore_labels(ready, boxes)
-        back = not mismatch or self._recovery.regrouping.are_back(ready, boxes)
-        if not back:
-            ready = self._confirmation.ready(stamp_ns, lasting=True)
-        if not ready:
-            return set()
-        if mismatch and back:
-            self.table.give_up_unverified()
-        self._matcher.scene_mismatch = False
-        replaced = self._confirmation.confirm(ready, stamp_ns, height, local, back)
-        self._account.confirm(self.table.tracks)
-        return replaced
-
-    def _labelled(self, measured: dict[int, int], replaced: set[int]) -> dict[str, int]:
-        """Drop replaced and rejected tracks; return the box of each label that was measured.
-
-        Args:
-            measured: boxes by row of the track that they measured or started.
-            replaced: rows of tracks that continue in others.
-        """
-        tracks, labels, gone = self.table.tracks, {}, set(replaced)
-        for row, index in measured.items():
-            if tracks[row].robot_id:
-                labels[tracks[row].robot_id] = index
-        for row, track in enumerate(tracks):
-            if track.rejected and not track.robot_id and not track.previous_label:
-                gone.add(row)
-        if gone:
-            self._drop(gone)
-        return labels
 
     def _estimates(
         self, stamp_ns: int
@@ -372,9 +278,8 @@ class Tracker:
         if self._local is None:
             return (), ()
         altitude, fork = float(self._water_altitude), self._recovery.fork
-        references = self._references if self._referenced else None
         estimates, platform = published(
-            self.table, self._encounters, fork, references, self._local, altitude, stamp_ns
+            self.table, self._encounters, fork, self._references, self._local, altitude, stamp_ns
         )
         if self._with_white:
             estimates = with_white(estimates, self.table)
@@ -390,15 +295,11 @@ class Tracker:
 
     def _drop(self, rows: set[int]) -> None:
         """Drop tracks and refuse their pending boxes."""
-        self._end([self.table.tracks[row] for row in rows])
-        self.table.drop(rows)
+        if rows:
+            self._end([self.table.tracks[row] for row in rows])
+            self.table.drop(rows)
 
     def _end(self, tracks: list[Track]) -> None:
         """Decide on the pending boxes of tracks that end."""
         rule, mismatch = self._confirmation.rule, self._matcher.scene_mismatch
         self._account.end(tracks, rule.hits, len(rule.images), mismatch)
-
-
-def _coast_of_class(config: EstimatorConfig) -> dict[str, int]:
-    """Return how long robots of classes of their own are predicted, ns."""
-    return {name: round(config.robot_class(name).coast_s * 1e9) for name, _ in config.classes}

@@ -19,6 +19,7 @@ def picture(labels):
     """Return image evidence with these labels of boxes, and a record of its calls."""
     reported = []
     image = SimpleNamespace(
+        blind_ns=0,
         expected=lambda _: labels,
         followed=lambda _: reported.append("blind") or labels,
         measured=lambda *given: reported.append(given[-1]) or labels,
@@ -35,6 +36,8 @@ def test_a_pair_that_the_picture_contradicts_is_left_out():
     assert (rows.tolist(), columns.tolist()) == ([1, 2], [1, 2])
     rows, _ = picture({})[0].uncontradicted(tracks, None, seen, every, every)
     assert rows.tolist() == [0, 1, 2]
+    made._image.blind_ns = None  # all poses are right
+    assert made.uncontradicted(tracks, None, seen, every, every) == (every, every)
 
 
 def test_new_tracks_learn_what_the_picture_says_of_them():

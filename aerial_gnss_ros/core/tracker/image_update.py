@@ -1,0 +1,97 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Update of the tracks with the boxes of one image: association, correction, and new tracks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aerial_gnss_ros.core.association.decision import NO_PAIRS
+from aerial_gnss_ros.core.association.matcher import Matcher
+from aerial_gnss_ros.core.georeferencing.measurements import Measurements
+from aerial_gnss_ros.core.identity.encounters import Encounters
+from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
+from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
+from aerial_gnss_ros.core.tracker.recovery import Recovery
+from aerial_gnss_ros.core.tracker.track_table import TrackTable
+from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+
+Indices = NDArray[np.intp]
+
+
+class ImageUpdate:
+    """Associates boxes with tracks, and corrects these.
+
+    Args:
+        table: the tracks.
+        matcher: assigns boxes to tracks.
+        encounters: finds exchanged labels of robots that have met.
+        evidence: of labels, from tracking in the image.
+        recovery: is told whether robots explain the image.
+        rule: of confirmation; hits count for the length of its window.
+    """
+
+    def __init__(
+        self,
+        table: TrackTable,
+        matcher: Matcher,
+        encounters: Encounters,
+        evidence: ImageEvidence,
+        recovery: Recovery,
+        rule: ConfirmationRule,
+    ) -> None:
+        self._table, self._matcher, self._encounters = table, matcher, encounters
+        self._evidence, self._recovery, self._rule = evidence, recovery, rule
+
+    def assign(self, seen: Measurements, stamp_ns: int) -> tuple[Indices, Indices]:
+        """Assign measurements to tracks; return rows (m,) and columns (m,) of the pairs.
+
+        Args:
+            seen: the image's measurements.
+            stamp_ns: of the image, ns.
+        """
+        self._matcher.fresh_s = self._rule.window_ns * 1e-9
+        able = self._matcher.gate(self._table.tracks, seen, stamp_ns)
+        if able is None:
+            return NO_PAIRS
+        self._table.note_innovations(able, seen, stamp_ns)
+        decided = self._matcher.assign(self._table.tracks, able, len(seen.index), stamp_ns)
+        self._table.apply(decided, able)
+        return decided.rows, decided.columns
+
+    def correct(
+        self,
+        seen: Measurements,
+        boxes: DetectionFrame,
+        rows: Indices,
+        columns: Indices,
+        passed: float,
+    ) -> tuple[dict[int, int], Indices]:
+        """Correct tracks by assigned measurements, and start tracks from the others.
+
+        Args:
+            seen: the image's measurements.
+            boxes: all of the image.
+            rows: (m,) of the tracks.
+            columns: (m,) of their measurements.
+            passed: time since the last image, s.
+
+        Returns:
+            Boxes by row of the track that they measured or started; and those that are refused, as
+            they imply an impossible speed.
+        """
+        tracks, stamp_ns = self._table.tracks, boxes.stamp_ns
+        rows, columns = self._evidence.uncontradicted(tracks, boxes, seen, rows, columns)
+        columns, swaps = self._encounters.update(tracks, rows, columns, seen, stamp_ns)
+        for one, other in swaps:
+            tracks[one].swap_labels(tracks[other])
+        window_ns = self._rule.window_ns
+        impossible, labelled = self._table.update(seen, rows, columns, stamp_ns, window_ns)
+        fast = np.isin(rows, impossible)
+        self._recovery.update(rows[~fast], labelled, stamp_ns, passed)
+        used = columns[~fast]
+        measured = dict(zip(rows[~fast].tolist(), seen.index[used].tolist(), strict=True))
+        if len(columns) < len(seen.index):
+            self._table.start(seen, measured, np.concatenate([used, columns[fast]]), boxes)
+        return measured, seen.index[columns[fast]]
