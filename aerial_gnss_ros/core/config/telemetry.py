@@ -58,6 +58,11 @@ class FixConfig:
     stamp: str = key("header", _STAMP, choices=_CLOCKS)
     max_gap: float = key(2.5, _MAX_GAP, unit="s", low=0.001, high=60.0)
     latency_s: float = key(0.0, _LATENCY, unit="s", low=-3.0, high=3.0)
+    find_latency: bool = key(
+        True,
+        "Find out in flight whether the fix has another latency than latency_s, up to 0.5 s more "
+        "or less. False: latency_s is taken for exact.",
+    )
     altitude_datum: str = key(
         "unknown",
         "Datum of the fix's altitude: ellipsoid (WGS84), amsl (mean sea level; converted with "

@@ -72,7 +72,8 @@ class FrameProcessor:
     @property
     def patience_ns(self) -> int:
         """Longest wait of an image for telemetry of its scene, ns: from the scene's time on."""
-        return self._wait_ns + max(0, -self._tracks.pipeline.latency.scene_ns)
+        later_ns = max(0, self._inputs.fix_later_ns)
+        return self._wait_ns + max(0, later_ns - self._tracks.pipeline.latency.scene_ns)
 
     def advance(self, now_ns: int) -> list[FrameResult]:
         """Return the results that are due at a time of the node, ns."""

@@ -93,39 +93,59 @@ class LatencyCover:
         """Return robots with covariances that contain what other latencies make of positions."""
         found = []
         fixed = [i for i, one in enumerate(estimates) if one.robot_id in self._corrects]
-        more = self._spread(np.array([one.position for one in estimates]).reshape(-1, 2), fixed)
+        more = self._spread(estimates, fixed)
         for one, wider in zip(estimates, more, strict=True):
             covariance = one.covariance.copy()
             covariance[:2, :2] += wider
             found.append(replace(one, covariance=covariance))
         return found
 
-    def _spread(self, positions: Array, fixed: list[int]) -> Array:
-        """Return second moments (n, 2, 2) of other latencies' positions about some (n, 2), m².
+    def _spread(self, estimates: Sequence[RobotEstimate], fixed: list[int]) -> Array:
+        """Return second moments (n, 2, 2) of other latencies' positions about some, m².
 
         Args:
-            positions: of robots in `map`, m.
+            estimates: n robots.
             fixed: which of them correct the others.
         """
-        past_s = np.array([self._now_s - time_s for time_s, _ in self._cameras])
-        if not len(past_s) or past_s[0] < TUNING.least_past_s:
-            return np.zeros((len(positions), 2, 2))
-        points = on_water_surface(positions)
+        if not self._cameras or self._now_s - self._cameras[0][0] < TUNING.least_past_s:
+            return np.zeros((len(estimates), 2, 2))
+        off = self._displacements(estimates)
+        if fixed:
+            off = off - off[:, fixed].mean(axis=1, keepdims=True)
+        return np.asarray(np.einsum("h,hni,hnj->nij", self._probabilities, off, off))
+
+    def _displacements(self, estimates: Sequence[RobotEstimate]) -> Array:
+        """Return how far (h, n, 2) from where they are latencies show n robots, m."""
+        points = on_water_surface(np.array([one.position for one in estimates]).reshape(-1, 2))
+        now = self._camera
+        places, turns, later, turned = self._other_cameras()
+        before, after = (
+            _displaced(points, now, *cameras) for cameras in ((places, turns), (later, turned))
+        )
+        return self._at_latencies(before, after)
+
+    def _other_cameras(self) -> tuple[Array, Array, Array, Array]:
+        """Return places (m, 3), m, and axes (m, 3, 3) of past cameras, and of as many to come."""
         places = np.array([one.position for _, one in self._cameras])
         turns = np.array([one.rotation for _, one in self._cameras])
         now = self._camera
         # What moved the camera from there to here moves it on from here.
         onward = turns.swapaxes(1, 2) @ (now.position - places)[..., None]
         later = now.position + (now.rotation @ onward)[..., 0]
-        turned = now.rotation @ turns.swapaxes(1, 2) @ now.rotation
-        before = self._at_latencies(past_s, _displaced(points, now, places, turns))
-        after = self._at_latencies(past_s, _displaced(points, now, later, turned))
-        off = np.where(self._early[:, None, None], after, before)
-        if fixed:
-            off = off - off[:, fixed].mean(axis=1, keepdims=True)
-        return np.asarray(np.einsum("h,hni,hnj->nij", self._probabilities, off, off))
+        return places, turns, later, now.rotation @ turns.swapaxes(1, 2) @ now.rotation
 
-    def _at_latencies(self, past_s: Array, apart: Array) -> Array:
+    def _at_latencies(self, before: Array, after: Array) -> Array:
+        """Return (h, n, 2) at all latencies what is known (m, n, 2) of other cameras, m.
+
+        Args:
+            before: of the past ones.
+            after: of as many to come.
+        """
+        past_s = np.array([self._now_s - time_s for time_s, _ in self._cameras])
+        late, early = (self._interpolated(past_s, apart) for apart in (before, after))
+        return np.where(self._early[:, None, None], early, late)
+
+    def _interpolated(self, past_s: Array, apart: Array) -> Array:
         """Return (h, n, 2) at all latencies what is known at times (m,) before now, m."""
         if past_s[-1] > 0.0:
             past_s = np.append(past_s, 0.0)

@@ -98,6 +98,7 @@ class LatencyDoubt:
     Attributes:
         open: whether it is undecided.
         doubted: whether another latency was found likelier.
+        nats: log odds of another latency.
         trial: tracks with another latency, while it is likely enough.
         due_ns: stamp of the next image that is wanted, ns.
         unknown: the configuration of a latency that is not known.
@@ -114,7 +115,7 @@ class LatencyDoubt:
         self._again = False
         self.search = LatencySearch(self.unknown, inputs, weighs=True)
         self._motion = TimeInMotion()
-        self._nats = -math.inf
+        self.nats = self._rival = -math.inf
         self._cover = LatencyCover(self.search.corrections, TUNING.elsewhere)
         self.reset()
 
@@ -156,13 +157,16 @@ class LatencyDoubt:
         """Whether images are wanted: it is undecided, or they are to be taken in once more."""
         return self.open or (self.doubted and (self.trial is not None or not self._again))
 
-    def update(self, scene: PosedFrame, measured: dict[str, int], local: LocalMap) -> None:
+    def update(
+        self, scene: PosedFrame, measured: dict[str, int], local: LocalMap, rival: float = -math.inf
+    ) -> None:
         """Take in an image that is due.
 
         Args:
             scene: its boxes and the camera's pose.
             measured: index of the box of each labelled robot.
             local: the frame `map`.
+            rival: log odds of another latency of the fix.
         """
         evidence = self.search.evidence
         if evidence is None or not (self.open or self.doubted):
@@ -181,14 +185,15 @@ class LatencyDoubt:
         gains = np.delete(gains, evidence.configured)
         prior = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))
         best = float(gains.max())
-        self._nats = prior + best + math.log(float(np.exp(gains - best).mean()))
+        self.nats = prior + best + math.log(float(np.exp(gains - best).mean()))
+        self._rival = rival
         if self.stamped_seldom:
-            self._nats = math.inf
+            self.nats = math.inf
         right = float(far.max()) < TUNING.settled_nats
         endless = moved_s > 2.0 * TUNING.decided_s
-        likelier = self._nats > prior
+        likelier = self.nats > prior
         settled = right or endless or (moved_s > TUNING.decided_s and not likelier)
-        if self._nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
+        if self.nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
             self._drop()
         self.open = self.trial is not None or not settled
         self._covers = self.open or (likelier and not right)
@@ -214,7 +219,7 @@ class LatencyDoubt:
         if self.trial is not None:
             self.trial.add(image)
         elif not self.doubted:
-            if self.open and self._nats >= TUNING.tried_nats:
+            if self.open and self.nats >= TUNING.tried_nats:
                 self._again, self.trial = False, self._begin(self._anew(), origin, labels)
             return None
         found = self.trial
@@ -230,7 +235,7 @@ class LatencyDoubt:
         """Return whether a trial's latency is the likelier one; once it is, it stays so."""
         if self.doubted:
             return True
-        likelier = self._nats > TUNING.doubted_nats
+        likelier = self.nats > max(TUNING.doubted_nats, self._rival)
         self.doubted = likelier and trial.balance > -TUNING.fewer_robots
         if self.doubted:
             self.open = False
@@ -309,7 +314,7 @@ class LatencyDoubt:
             return result
         alone = self._cover.widened(result.estimates)
         if self.trial is not None:
-            probability = 1.0 / (1.0 + math.exp(-self._nats))
+            probability = 1.0 / (1.0 + math.exp(-self.nats))
             alone = self.trial.mixed(result.estimates, alone, probability, local)
         return replace(result, estimates=tuple(alone))
 

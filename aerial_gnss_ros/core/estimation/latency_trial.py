@@ -113,6 +113,12 @@ class LatencyTrial:
             self.waiting.popleft()
         self.behind = bool(self.waiting)
 
+    def take_all(self) -> None:
+        """Take in all images whose telemetry has come."""
+        while self.waiting and self._take(self.waiting[0]):
+            self.waiting.popleft()
+        self.behind = False
+
     def _note(self, image: SeenImage) -> None:
         """Let an image wait."""
         frame = image.frame

@@ -9,17 +9,22 @@ the other tracks alone from the image after it is found right.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable
 
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.area_of_operation import Polygon
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.attempt import attempt
+from aerial_gnss_ros.core.estimation.fix_latency_doubt import FixLatencyDoubt
 from aerial_gnss_ros.core.estimation.guard import Guard
 from aerial_gnss_ros.core.estimation.latency_doubt import LatencyDoubt
 from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.recent_images import SeenImage
+from aerial_gnss_ros.core.filter.latency_search import LatencySearch
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.labels import Box, Labels
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
@@ -57,6 +62,7 @@ class PublishedTracks:
         log: Events,
         tracking: Tracking | None = None,
     ) -> None:
+        self._config = config
         self._inputs, self._origin, self._log = inputs, origin, log
         self.labels = labels
         tracker = tracking or Tracker(config, labels, log)
@@ -67,6 +73,9 @@ class PublishedTracks:
         finds = config.camera.find_latency and tracking is None
         searches = config.noise.value("latency_s") > 0.0
         self._doubt = LatencyDoubt(config, inputs) if finds and not searches else None
+        fix = config.fix
+        finds = fix.find_latency and fix.source == "topic" and tracking is None
+        self._fix_doubt = FixLatencyDoubt(config, inputs) if finds and not searches else None
         self._wrap: Callable[[Tracking], Tracking] = _as_it_is
 
     def wrap_tracking(self, wrap: Callable[[Tracking], Tracking]) -> None:
@@ -83,6 +92,9 @@ class PublishedTracks:
         """
         if self._doubt is not None:
             config = self._doubt.reconfigure(config)
+        if self._fix_doubt is not None:
+            self._fix_doubt.reconfigure(config)
+        self._config = config
         self.pipeline.reconfigure(config, area)
 
     def telemetry(self, frame: DetectionFrame) -> SceneTelemetry | MissingTelemetry | Exception:
@@ -99,6 +111,8 @@ class PublishedTracks:
         seen = self.pipeline.measured
         if self._doubt is not None and seen is not None:
             self._doubt.note(seen[0], self.pipeline.corrects)
+        if self._fix_doubt is not None and seen is not None:
+            self._fix_doubt.note(seen[0], self.pipeline.corrects)
         return self._mixed(result)
 
     def predicted(self, stamp_ns: int) -> FrameResult:
@@ -114,17 +128,18 @@ class PublishedTracks:
         Returns:
             Decisions on boxes that were pending with the former tracks.
         """
-        doubt = self._doubt
+        doubt, local, seen = self._doubt, self._origin.local, self.pipeline.measured
+        image = SeenImage(frame, None, self.pipeline.corrects)
+        if local is not None and seen is not None and seen[0].detections.stamp_ns == frame.stamp_ns:
+            image = SeenImage(seen[0].detections, seen[1], self.pipeline.corrects)
+            if self._weigh_fix_latency(image, seen[0], local):
+                return self._follow_fix_latency()
+            if doubt is not None and doubt.active and frame.stamp_ns >= doubt.due_ns:
+                failed = attempt(doubt.update, *seen, local, self._fix_nats)
+                if failed is not None:
+                    doubt.close()
         if doubt is None or not doubt.active:
             return Settled()
-        local, seen = self._origin.local, self.pipeline.measured
-        measured = None
-        if local is not None and seen is not None and seen[0].detections.stamp_ns == frame.stamp_ns:
-            measured = seen[1]
-            if frame.stamp_ns >= doubt.due_ns and attempt(doubt.update, *seen, local) is not None:
-                doubt.close()
-                return Settled()
-        image = SeenImage(frame, measured, self.pipeline.corrects)
         found = attempt(doubt.try_another, image, self._origin, self.labels)
         if isinstance(found, Exception):
             doubt.close()
@@ -134,15 +149,59 @@ class PublishedTracks:
             return settled
         return Settled()
 
+    @property
+    def _fix_nats(self) -> float:
+        """Log odds of another latency of the fix."""
+        return -math.inf if self._fix_doubt is None else self._fix_doubt.nats
+
+    def _weigh_fix_latency(self, image: SeenImage, scene: PosedFrame, local: LocalMap) -> bool:
+        """Weigh the fix's latency by the last image; return whether another one is used now.
+
+        Args:
+            image: as the tracker took it in.
+            scene: its boxes and the camera's pose.
+            local: the frame `map`.
+        """
+        doubt, images = self._fix_doubt, self._doubt
+        if doubt is None or not doubt.open:
+            return False
+        if images is not None and (images.doubted or images.stamped_seldom):
+            doubt.close()  # all telemetry is late, the fix as well
+            return False
+        found = attempt(doubt.update, image, scene, local)
+        if isinstance(found, Exception):
+            doubt.close()
+            return False
+        return found
+
+    def _follow_fix_latency(self) -> Settled:
+        """Take the last images in with another latency of the fix, and go on from there."""
+        assert self._fix_doubt is not None  # noqa: S101 - it has found the latency
+        search, recent = LatencySearch(self._config, self._inputs), self._fix_doubt.recent.images
+        given = self._config, self._inputs, self._origin, self.labels
+        trial = LatencyTrial(*given, search, recent)
+        trial.take_all()
+        if self._doubt is not None:
+            self._doubt = LatencyDoubt(self._config, self._inputs)
+        self._log.add(
+            f"The fix is {self._inputs.fix_later_ns * 1e-9:.2f} s later than fix.latency_s says, "
+            "and used so from now on. State fix.latency_s if you know it."
+        )
+        return self._take_over(trial)
+
     def forget_images(self) -> None:
         """Try no latency with the images so far: telemetry or `map` are others now."""
         if self._doubt is not None:
             self._doubt.forget_images()
+        if self._fix_doubt is not None:
+            self._fix_doubt.forget_images()
 
     def reset(self) -> None:
         """End all tracks; robots get new labels."""
         if self._doubt is not None and self._doubt.active:
             self._doubt.reset()
+        if self._fix_doubt is not None and self._fix_doubt.open:
+            self._fix_doubt.reset()
         self._behind.clear()
         self.pipeline.reset()
         self._guard.reset()
@@ -153,6 +212,8 @@ class PublishedTracks:
 
     def _mixed(self, result: FrameResult) -> FrameResult:
         """Return a result with what another latency would make of it."""
+        if self._fix_doubt is not None:
+            result = self._fix_doubt.mixed(result)
         return result if self._doubt is None else self._doubt.mixed(result, self._origin.local)
 
     def _take_over(self, trial: LatencyTrial) -> Settled:

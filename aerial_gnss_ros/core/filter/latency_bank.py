@@ -167,6 +167,15 @@ class LatencyBank:
         self._state: tuple[BankState, ...] = ()
         self._odds: Array = np.zeros((self._count, len(HYPOTHESES)))
 
+    def places(self) -> dict[str, Array]:
+        """Return where (h, 2) each latency has robots, by name, m: the mean of its hypotheses."""
+        if not self._state:
+            return {}
+        share = np.exp(_normalised(self._odds))[..., None, None]
+        robots = self._state[0].robots[..., :2]
+        means = (share * robots.reshape(*self._odds.shape, -1, 2)).sum(axis=1)
+        return {name: means[:, slot] for slot, name in enumerate(self._seen_ns)}
+
     def update(
         self,
         now: BankObservation,

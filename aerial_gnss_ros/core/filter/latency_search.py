@@ -146,12 +146,16 @@ class LatencySearch:
 
     def conclude(self) -> None:
         """Take over what decided for another latency, and weigh no more."""
+        self._conclude(self.weighed())
+        self.evidence = None
+
+    def weighed(self) -> tuple[float, float]:
+        """Return mean and sigma of the correction by the evidence, if it weighs any, s."""
         if self.evidence is not None:
             best = int(np.argmax(self.evidence.gains()))
             self._cost = -2.0 * CAUTION * self.evidence.gains(best)
             self._images = max(self._images, 1.0)
-        self.evidence = None
-        self._conclude(self._posterior())
+        return self._posterior()
 
     @property
     def searches(self) -> bool:
@@ -207,6 +211,7 @@ class LatencySearch:
         begin = int(np.argmax(posed))
         positions[:begin], rotations[:begin] = positions[begin], rotations[begin]
         positions, rotations, posed = positions[::-1], rotations[::-1], posed[::-1]
+        positions, rotations = self._cameras(band, positions, rotations)
         between = self._lattice.interpolation(first, last, passed)
         between = None if between is None else between[::-1]
         views = Views(positions, rotations @ FLU_FROM_OPTICAL, between)
@@ -222,6 +227,12 @@ class LatencySearch:
             fits = again, None if fit is None else fit.of_a_robot
             self.evidence.add(seen.stamp_ns * 1e-9, fits, known, band.part)
         return True
+
+    def _cameras(
+        self, _band: LatencyBand, positions: Array, rotations: Array
+    ) -> tuple[Array, Array]:
+        """Return the camera (n, 3), (n, 3, 3) at a band's candidates from those of their times."""
+        return positions, rotations
 
     def _posed(self, band: LatencyBand, positions: Array) -> Mask:
         """Return which of some poses (n, 3), the earliest first, an image is compared with.

@@ -63,6 +63,7 @@ class TelemetryBuffers:
         cameras: by time.
         references: positions of references.
         plausibility: tests each sample before it is stored.
+        fix_later_ns: how much later than configured a fix is stamped, ns.
     """
 
     def __init__(self, config: EstimatorConfig, keep_s: float = 60.0) -> None:
@@ -77,6 +78,7 @@ class TelemetryBuffers:
             Input.FIX: round(config.fix.latency_s * 1e9),
             Input.HEIGHT: round(config.height.latency_s * 1e9),
         }
+        self.fix_later_ns = 0
         self._set_up_fix()
         self._set_up_orientations()
         if config.height.source == "constant":
@@ -242,14 +244,15 @@ class TelemetryBuffers:
         uncertain: dict[Input, Uncertain] = {}
         oldest_s = 0.0
         for source, series in self._series.items():
-            sample = series.at(stamp_ns)
+            time_ns = self._stamped_ns(source, stamp_ns)
+            sample = series.at(time_ns)
             if isinstance(sample, Missing):
                 return self._missing(stamp_ns)
             values[source] = sample.value
             oldest_s = max(oldest_s, sample.age_s)
             if sample.gap_s:
                 error = self._errors[source]
-                uncertain[source] = error.at(stamp_ns, sample.age_s, sample.gap_s)
+                uncertain[source] = error.at(time_ns, sample.age_s, sample.gap_s)
         level = self._level.latest(stamp_ns)
         height = cast("Scalar | None", values.get(Input.HEIGHT))
         return SceneTelemetry(
@@ -263,13 +266,18 @@ class TelemetryBuffers:
             uncertain,
         )
 
+    def _stamped_ns(self, source: Input, time_ns: int) -> int:
+        """Return which stamp in a series an input of a time has, ns."""
+        return time_ns + self.fix_later_ns if source is Input.FIX else time_ns
+
     def _missing(self, stamp_ns: int) -> MissingTelemetry:
         """Return the input that is missing at a time."""
         lacking: list[MissingTelemetry] = []
         for source, series in self._series.items():
-            missing = series.missing_at(stamp_ns)
+            time_ns = self._stamped_ns(source, stamp_ns)
+            missing = series.missing_at(time_ns)
             if missing is Missing.BEFORE:
-                later_s = ((series.first_stamp_ns or 0) - stamp_ns) * 1e-9
+                later_s = ((series.first_stamp_ns or 0) - time_ns) * 1e-9
                 lacking.append(MissingTelemetry(Reason.no(source), False, later_s))
             elif missing is not None:
                 lacking.append(_lacking(source, missing))

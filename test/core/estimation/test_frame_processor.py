@@ -70,6 +70,7 @@ class Setting:
         self.dropped, self.done = Counter(), self.tracks.done
         self.kept, self.fix_trouble = [], ""
         self.inputs = SimpleNamespace(
+            fix_later_ns=0,
             plausibility=SimpleNamespace(agreed_s=7.0),
             forget=lambda names: self.done.append(("forget", *names)),
             clear=lambda kept=(): self.done.append(("clear", *kept)),
@@ -120,16 +121,23 @@ def test_results_come_in_the_order_of_stamps(setting):
 
 
 @pytest.mark.parametrize(
-    ("values", "scene_s", "patience_s"),
+    ("values", "scene_s", "later_s", "patience_s"),
     [
-        ({"max_wait": 2.0}, 0.0, 2.0),
-        ({"max_wait": 2.0}, 1.5, 2.0),
-        ({"max_wait": 2.0}, -1.5, 3.5),
-        ({"max_wait": 2.0, "fix.latency_s": 0.5, "height.latency_s": 0.25}, -1.5, 4.0),
+        ({"max_wait": 2.0}, 0.0, 0.0, 2.0),
+        ({"max_wait": 2.0}, 1.5, 0.0, 2.0),
+        ({"max_wait": 2.0}, -1.5, 0.0, 3.5),
+        ({"max_wait": 2.0}, -1.5, 0.25, 3.75),
+        ({"max_wait": 2.0}, -1.5, -0.25, 3.5),
+        ({"max_wait": 2.0}, 0.0, 0.25, 2.25),
+        ({"max_wait": 2.0, "fix.latency_s": 0.5, "height.latency_s": 0.25}, -1.5, 0.0, 4.0),
     ],
 )
-def test_an_image_waits_for_telemetry_that_may_come(result_at, values, scene_s, patience_s):
+def test_an_image_waits_for_telemetry_that_may_come(
+    result_at, values, scene_s, later_s, patience_s
+):
+    """Until the newest fix for its scene, where those are found to be late."""
     setting = Setting(result_at, values)
+    setting.inputs.fix_later_ns = round(later_s * SECOND)
     setting.tracks.pipeline.latency.scene_ns = round(scene_s * SECOND)
     assert setting.frames.patience_ns == round(patience_s * SECOND)
     setting.tracks.missing = MissingTelemetry(Reason.no(Input.FIX), True)

@@ -175,6 +175,19 @@ def test_images_so_far_are_taken_in_some_with_each_new_one(sea, monkeypatch):
     assert taken == sorted(taken)
 
 
+def test_all_images_with_telemetry_are_taken_in_at_once(sea):
+    trial, taken = trial_of(sea, [seen(sea.boxes(0.2 * k, []), None) for k in range(80)]), []
+    trial.pipeline.result = lambda frame, _samples: (
+        taken.append(frame.stamp_ns) or result(frame.stamp_ns)
+    )
+    missing = MissingTelemetry(Reason.no(Input.FIX), True)
+    trial._inputs = SimpleNamespace(at=lambda ns: missing if ns > sea.stamp(15.5) else None)
+    trial.take_all()
+    assert taken == [sea.stamp(0.2 * k) for k in range(78)]
+    assert not trial.behind
+    assert [one.frame.stamp_ns for one in trial.waiting] == [sea.stamp(15.6), sea.stamp(15.8)]
+
+
 def test_images_without_telemetry_so_far_are_not_waited_for(sea):
     old = [seen(sea.boxes(0.2 * k, []), None) for k in range(3)]
     trial = trial_of(sea, old)

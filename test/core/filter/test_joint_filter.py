@@ -211,7 +211,7 @@ def test_a_latency_that_nobody_stated_is_noticed(sea, late_s):
     world = sea.World(drone=drone, robots=RING, pixel_sigma=1.0)
     seen = sea.World(drone=lambda t: drone(t - late_s), robots=RING, pixel_sigma=1.0)
     world.frame = seen.frame
-    engine = sea.estimator(RTK | {"camera.find_latency": False})
+    engine = sea.estimator(RTK | {"camera.find_latency": False, "fix.find_latency": False})
     sea.play(engine, world, 20.0, telemetry=50)
     assert any("camera.latency_s" in sentence for sentence in engine.health.complaints)
 

@@ -153,6 +153,18 @@ def test_the_latency_with_which_robots_stay_costs_least(sea):
     assert np.sort(total)[1] - total[2] > 20.0
 
 
+def test_each_latency_has_a_robot_where_its_camera_shows_it(sea):
+    """Two cameras 3 m apart, and a box one metre right of the middle of both."""
+    found = bank(2)
+    assert found.places() == {}
+    for t in (0.0, STEP_S):
+        seen(sea, found, t, {"a": at(), "b": at(METRE_PX)}, (1.0, 4.0))
+    places = found.places()
+    assert sorted(places) == ["a", "b"]
+    np.testing.assert_allclose(places["a"], [[1.0, 0.0], [4.0, 0.0]], atol=1e-6)
+    np.testing.assert_allclose(places["b"], [[1.0, -1.0], [4.0, -1.0]], atol=1e-6)
+
+
 def test_a_latency_that_puts_a_robot_behind_the_camera_is_unlikely(sea):
     found = bank(2)
     seen(sea, found, 0.0, {"a": at()}, (0.0, 0.0))

@@ -152,7 +152,9 @@ def fly(
             "noise.set": noise,
             "fix.altitude_datum": "ellipsoid",
             "tracks.find_moored": False,
-            "camera.find_latency": False,  # covariances of a drone alone contain it, a fleet's none
+            # Covariances of a drone alone contain these, a fleet's none.
+            "camera.find_latency": False,
+            "fix.find_latency": False,
         }
         configs[name] = estimator_config(settings | (set_ or {}))
         estimator, taps = Estimator(configs[name]), []

@@ -37,6 +37,19 @@ def test_a_fix_and_a_height_that_are_stamped_late(latency_s) -> None:
     assert found.height == pytest.approx(22.0 + latency_s)
 
 
+def test_a_fix_that_is_found_later_is_of_its_own_stamp_and_is_waited_for():
+    inputs = filled(dict.fromkeys(SENT, (0.9, 1.1, 1.3)))
+    inputs.fix_later_ns = 150_000_000
+    found = inputs.at(10**9)
+    assert found.fix.stamp_ns == 1_150_000_000
+    assert found.height == inputs.at(10**9).height == pytest.approx(20.0, abs=0.1)
+    awaited = inputs.at(1_200_000_000)
+    assert (awaited.reason, awaited.can_arrive) == (Reason.STALE_FIX, True)
+    inputs.fix_later_ns = -150_000_000
+    assert inputs.at(1_200_000_000).fix.stamp_ns == 1_050_000_000
+    assert inputs.at(1_000_000_000).reason == Reason.NO_FIX
+
+
 LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
 SENT = {
     Input.FIX: lambda ns: Fix(ns, 0.2 + 1e-9 * (ns % 100), -1.0, 5.0),
