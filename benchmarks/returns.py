@@ -8,7 +8,7 @@ Two simulated robots, side by side when they go out of sight, come back after 4 
 as the filter supposes (white acceleration), or steadily with smooth turns (`simulation.robots`).
 What a filter would know of them when they went and when they are back is drawn about the truth; no
 flight is flown. A pair of names is kept or not by its probability (`LIKELY` in
-`core.identity.reidentification`). If probabilities are honest, as many are right in each row as
+`core.identity.return_rules`). If probabilities are honest, as many are right in each row as
 expected: their probabilities' sum.
 """
 
@@ -26,9 +26,9 @@ from families import ACCELERATION, RandomSwimmers
 from tables import columns, show
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.identity.reidentification import TUNING as REIDENTIFICATION
 from aerial_gnss_ros.core.identity.reidentification import Reidentification
 from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
+from aerial_gnss_ros.core.identity.return_rules import TUNING as RULES
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.values.estimates import State
@@ -78,7 +78,7 @@ def probability(kind: str, seed: int) -> tuple[float, bool] | None:
 
     place, velocity = known(SEEN_S, BEFORE_MPS)
     back, swims = (one[order] for one in known(SEEN_S + away, AFTER_MPS))
-    now, left = round((SEEN_S + away + REIDENTIFICATION.look_s) * 1e9), round(SEEN_S * 1e9)
+    now, left = round((SEEN_S + away + RULES.look_s) * 1e9), round(SEEN_S * 1e9)
     tracks = [
         Track(
             "aqua", 0, left, State.COASTING, f"aqua_{i}", (left,),
@@ -88,7 +88,7 @@ def probability(kind: str, seed: int) -> tuple[float, bool] | None:
         )
         for i in range(2)
     ]  # fmt: skip
-    came = now - round(REIDENTIFICATION.look_s * 1e9)
+    came = now - round(RULES.look_s * 1e9)
     tracks += [Track("aqua", came, now, hits=(came, now)) for _ in range(2)]
     reach, _, noise = MOTION.step(away, np.full(1, 1e-3))
     variance = 2.0 * PLACE_M**2 + float(reach[0]) ** 2 * BEFORE_MPS**2 + float(noise[0, 0])

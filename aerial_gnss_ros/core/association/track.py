@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,22 @@ class TrackTuning:
 
 
 TUNING = TrackTuning()
+
+
+class EarlierLabel(NamedTuple):
+    """What was known, when a track got a new label, of one that its robot may have had before.
+
+    Attributes:
+        place: minus twice the log likelihood ratio of position and velocity.
+        odds: likelihood ratio of the absence.
+        ratio: likelihood ratio of both to a new robot, with doubt.
+        absence_s: how long the robot was submerged, s; NaN: it was not.
+    """
+
+    place: float
+    odds: float
+    ratio: float
+    absence_s: float
 
 
 @dataclass
@@ -73,6 +90,7 @@ class Track:
         unverified: whether it was confirmed during a scene mismatch, so that its position may come
             from a wrong pose.
         label_evidence: evidence of its label from tracking in the image, None without.
+        may_be: labels of robots out of view that it may be, while it has a new one instead.
         leaving_view: whether its last box was at the edge of the image: if it vanishes, it has left
             the view, not dived.
     """
@@ -105,10 +123,12 @@ class Track:
     previous_label: str = ""
     unverified: bool = False
     label_evidence: LabelEvidence | None = None
+    may_be: Mapping[str, EarlierLabel] = field(default_factory=dict)
 
     def inherit_label(self, other: Track) -> None:
         """Take over the label of the robot that this track continues."""
         self.robot_id, self.inherited_ns = other.robot_id, other.since_ns
+        self.may_be = other.may_be
         self.speed_history, self.speed_history_count = (
             other.speed_history,
             other.speed_history_count,
@@ -133,6 +153,7 @@ class Track:
         """Give robots other labels: new ones by old ones; others stay."""
         self.robot_id = names.get(self.robot_id, self.robot_id)
         self.previous_label = names.get(self.previous_label, self.previous_label)
+        self.may_be = {names.get(name, name): one for name, one in self.may_be.items()}
         if self.label_evidence is not None:
             self.label_evidence = self.label_evidence.renamed(names)
 
@@ -154,6 +175,7 @@ class Track:
     def swap_labels(self, other: Track) -> None:
         """Exchange the labels of two tracks that association had exchanged."""
         self.robot_id, other.robot_id = other.robot_id, self.robot_id
+        self.may_be, other.may_be = other.may_be, self.may_be
         self.speed_history, other.speed_history = other.speed_history, self.speed_history
         self.speed_history_count, other.speed_history_count = (
             other.speed_history_count,

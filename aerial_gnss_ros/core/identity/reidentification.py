@@ -8,16 +8,20 @@ with that of a new one. New robots appear at a rate, so a robot unseen for secon
 fewer of them than one unseen for minutes. The position density of a robot out of view is a mixture
 (`return_position`), and its absence has a learnt distribution (`return_time`).
 
-If a track could be either of two robots, the decision waits: once the other one surfaces too, their
-relative position distinguishes them, whatever error they share. One image must show both, since a
-robot that missed a box or two may have started a second track. If relative positions do not decide,
-both tracks get new labels and the old ones end, as no later image could decide. If the other one
-does not surface and no robot is likely enough, the track gets a new label.
+All tracks are compared together, as no robot is on two of them (`return_assignment`). Once all
+candidates are back, their relative positions distinguish them, whatever error they share. One image
+must show them together, since a robot that missed a box or two may have started a second track. If
+relative positions do not decide, they get new labels and the old ones end, as no later image could
+decide.
+
+If no robot is likely enough, a track gets a new label, which it has until it is clear which robot
+it is (`return_rules`). What was known of that when it got it stays with it (`Track.may_be`), and is
+compared together with what comes later: a track of the same place is that track, not a third robot.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -25,11 +29,13 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import cheapest
 from aerial_gnss_ros.core.association.image_labels import NO_EVIDENCE
-from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.association.track import EarlierLabel, Track
+from aerial_gnss_ros.core.identity.return_assignment import Pairs, exclusive_probabilities
 from aerial_gnss_ros.core.identity.return_permutation import likeliest_permutation
 from aerial_gnss_ros.core.identity.return_position import ReturnPosition, VelocityLikelihood
+from aerial_gnss_ros.core.identity.return_rules import hidden, sure, undecided, unsettled
 from aerial_gnss_ros.core.identity.return_time import AbsenceTimes
-from aerial_gnss_ros.core.models.evidence import TUNING as EVIDENCE
+from aerial_gnss_ros.core.identity.returns import Returns, decided
 from aerial_gnss_ros.core.models.evidence import UNCLEAR
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
@@ -48,43 +54,9 @@ class ReidentificationTuning:
     doubt_m: float = 0.5
     """Position error beyond the filter's covariance that both robots are allowed, one sigma, m.
     Judged."""
-    patience_s: float = 4.0
-    """Longest wait for the other candidate to surface, s; tracks that start one after the other
-    wait for the last one. Judged."""
-    patience_share: float = 0.05
-    """The wait is longer by this share of the time for which the nearest robot was unseen.
-    Judged."""
-    look_s: float = 1.0
-    """Time after which the velocity of an ambiguous track is known, s. Judged."""
-    naming_probability: float = 0.8
-    """Probability above which a new track gets a robot's label, against all other robots and new
-    ones. Below, it gets a new one: a label on the wrong robot is a confident wrong position, which
-    is much worse. docs/results/identity.md compares other values."""
 
 
 TUNING = ReidentificationTuning()
-
-
-@dataclass
-class Returns:
-    """Decisions about new tracks and robots that were out of view.
-
-    Attributes:
-        robots: by row of a new track, the row of the robot that it is.
-        waiting: rows of new tracks whose decision is deferred.
-        ended: rows of robots that surfaced but cannot be evidence apart.
-        label_probabilities: by row of a robot that surfaced, the probability of each new row to be
-            that robot.
-        other: by a new row and that of a robot out of view, the probability that they are the same.
-        unknown: by new row, the probability that it is a new robot.
-    """
-
-    robots: dict[int, int] = field(default_factory=dict)
-    waiting: set[int] = field(default_factory=set)
-    ended: set[int] = field(default_factory=set)
-    label_probabilities: dict[int, dict[int, float]] = field(default_factory=dict)
-    other: dict[tuple[int, int], float] = field(default_factory=dict)
-    unknown: dict[int, float] = field(default_factory=dict)
 
 
 class Reidentification:
@@ -129,6 +101,82 @@ class Reidentification:
             height: of the camera above the water, m.
             newcomers: expected number of new robots within `coast_s`.
         """
+        opened = [row for row, track in enumerate(tracks) if track.may_be]
+        pairs = _earlier(tracks, away, opened).beside(
+            self._pairs(tracks, away, ready, between, velocities, stamp_ns, height, newcomers)
+        )
+        done = self._decide(tracks, away, [*opened, *ready], len(opened), pairs, stamp_ns)
+        labels = [tracks[row].robot_id for row in away]
+        for column, row in enumerate(ready, len(opened)):
+            done.may_be[row] = pairs.of(column, labels)
+        return done
+
+    def _decide(
+        self,
+        tracks: list[Track],
+        away: list[int],
+        new: list[int],
+        opened: int,
+        pairs: Pairs,
+        stamp_ns: int,
+    ) -> Returns:
+        """Decide which tracks are which robots.
+
+        Args:
+            tracks: all of them.
+            away: n rows of robots that may have been out of view.
+            new: m rows of tracks, those first that have new labels already.
+            opened: number of these.
+            pairs: how robots and tracks compare.
+            stamp_ns: of the image, ns.
+        """
+        named, came = np.arange(len(new)) < opened, [tracks[row] for row in new]
+        rows, columns = cheapest(
+            pairs.place - 2.0 * np.log(pairs.odds), pairs.possible, np.zeros(len(away))
+        )
+        # If all candidates have surfaced, their relative positions decide.
+        settled = bool(pairs.possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
+        settled = settled and _coexisted([came[column] for column in columns])
+        likely = exclusive_probabilities(pairs.ratio)
+        age = np.array([(stamp_ns - track.first_seen_ns) * 1e-9 for track in came])
+        unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
+        if settled:
+            law = self._permuted(pairs, rows, columns)[1]
+            waits = unsettled(law, columns, age)
+        else:
+            waits = undecided(likely, age, ~named, unseen, pairs.absence_s)
+            waits |= hidden(came, likely, stamp_ns)
+        waits &= ~named
+        kept = np.flatnonzero(sure(likely, rows, columns, named, settled) & ~waits[columns])
+        kept = kept[np.argsort(columns[kept])]  # those that have labels first
+        rows, columns = rows[kept], columns[kept]
+        rows, probabilities = self._permuted(pairs, rows, columns)
+        dives = [(tracks[row].robot_id, tracks[row].last_seen_ns) for row in away]
+        for column in range(len(new)):
+            if column in columns or not (named[column] or waits[column]):
+                self._absences.add(pairs.absence_s[:, column], likely[:, column], dives)
+        waiting = {row for row, one in zip(new, waits.tolist(), strict=True) if one}
+        done = decided([new[j] for j in columns], [away[i] for i in rows], probabilities, waiting)
+        return done if settled else self._with_alternatives(done, away, new, likely)
+
+    def _permuted(self, pairs: Pairs, rows: Indices, columns: Indices) -> tuple[Indices, Array]:
+        """Return the likeliest rows (k,) for the columns, and probabilities (k, k)."""
+        return likeliest_permutation(
+            pairs.place, pairs.possible, rows, columns, pairs.absence_s, self._absences
+        )
+
+    def _pairs(
+        self,
+        tracks: list[Track],
+        away: list[int],
+        ready: list[int],
+        between: tuple[Array, Array],
+        velocities: VelocityLikelihood,
+        stamp_ns: int,
+        height: float,
+        newcomers: float,
+    ) -> Pairs:
+        """Return how the robots compare with the new tracks, see `decide`."""
         squared, _ = mahalanobis(*between)
         possible = (squared <= self._threshold) & _possible(tracks, away, ready)
         unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
@@ -140,31 +188,12 @@ class Reidentification:
         labelled, other = _labels(known, [tracks[row] for row in ready])
         each = np.maximum(newcomers * self._absences.share(gone, unseen) * fresh * other, 1e-12)
         place = -2.0 * np.log(np.maximum(density * labelled, 1e-300) / each)
-        rows, columns = cheapest(place - 2.0 * np.log(odds), possible, np.zeros(len(away)))
-        widened = np.where(possible, odds * (widened * labelled), 0.0)
-        # If all candidates have surfaced, their relative positions decide.
-        settled = (possible.any(axis=1).sum() <= len(columns)) and len(columns) > 1
-        settled &= _coexisted([tracks[ready[column]] for column in columns])
-        likely = widened / (widened.sum(axis=0) + each)
-        age = np.array([(stamp_ns - tracks[row].first_seen_ns) * 1e-9 for row in ready])
-        if settled:
-            pairs = (place, possible, rows, columns, gone, self._absences)
-            waits = _unsettled(likeliest_permutation(*pairs)[1], columns, age)
-        else:
-            nearest = unseen[np.where(possible, squared, np.inf).argmin(axis=0)]
-            waits = _undecided(likely.max(axis=0), _waits(widened), age, nearest)
-        waiting = {row for row, one in zip(ready, waits, strict=True) if one}
-        sure = [settled or one > TUNING.naming_probability for one in likely[rows, columns]]
-        kept = [k for k, j in enumerate(columns) if sure[k] and ready[j] not in waiting]
-        rows, columns = rows[kept], columns[kept]
-        pairs = (place, possible, rows, columns, gone, self._absences)
-        rows, probabilities = likeliest_permutation(*pairs)
-        dives = [(one.robot_id, one.last_seen_ns) for one in known]
-        for column in [column for column, row in enumerate(ready) if row not in waiting]:
-            self._absences.add(gone[:, column], likely[:, column], dives)
-        new, old = [ready[column] for column in columns], [away[i] for i in rows]
-        done = _returns(new, old, probabilities, waiting)
-        return done if settled else self._with_alternatives(done, away, ready, likely)
+        likely = np.where(possible, odds * (widened * labelled), 0.0)
+        # Which of the robots it is does not depend on how soon each would be expected back.
+        whole = likely.sum(axis=0)
+        new = np.where(whole > 0.0, (likely * each).sum(axis=0) / np.maximum(whole, 1e-300), 1.0)
+        ratio = likely / new
+        return Pairs(possible, place, odds, ratio, gone)
 
     def _with_alternatives(
         self, done: Returns, away: list[int], ready: list[int], likely: Array
@@ -253,62 +282,28 @@ def _coexisted(came: list[Track]) -> bool:
     return all(a.coexisted(b) for a, b in combinations(came, 2))
 
 
+def _earlier(tracks: list[Track], away: list[int], opened: list[int]) -> Pairs:
+    """Return the pairs (n, k) of robots and of tracks that may be one of them since earlier."""
+    none = EarlierLabel(0.0, 1.0, 0.0, np.nan)
+    found = [
+        [
+            tracks[new].may_be.get(tracks[old].robot_id, none)
+            if _can_be(tracks[old], tracks[new])
+            else none
+            for new in opened
+        ]
+        for old in away
+    ]
+    every = np.array(found).reshape(len(away), len(opened), 4)
+    place, odds, ratio, absence = np.moveaxis(every, -1, 0)
+    return Pairs(ratio > 0.0, place, odds, ratio, absence)
+
+
 def _possible(tracks: list[Track], away: list[int], ready: list[int]) -> Mask:
     """Return which robots (n,) can be which new tracks (m,), (n, m)."""
     pairs = [[_can_be(tracks[old], tracks[new]) for new in ready] for old in away]
     return np.array(pairs, dtype=np.bool_)
 
 
-def _unsettled(probabilities: Array, columns: Indices, age: Array) -> Mask:
-    """Return which new tracks wait (m,), where all candidates have surfaced.
-
-    Args:
-        probabilities: (k, k) of robots and tracks in the likeliest order.
-        columns: (k,) the tracks.
-        age: (m,) since they were first seen, s.
-    """
-    waits = np.zeros(len(age), dtype=np.bool_)
-    waits[columns] = probabilities.diagonal() < 1.0 - UNCLEAR
-    waits &= age[columns].min() < TUNING.look_s
-    return waits
-
-
-def _undecided(best: Array, unclear: Mask, age: Array, nearest: Array) -> Mask:
-    """Return which new tracks wait (m,): more images may identify them.
-
-    Args:
-        best: (m,) probability of the likeliest robot.
-        unclear: (m,) whether two robots are about as likely.
-        age: (m,) since they were first seen, s.
-        nearest: (m,) how long the nearest robot has been out of view, s.
-    """
-    waits: Mask = (best > UNCLEAR) & (best < 1.0 - UNCLEAR) & (age < TUNING.look_s)
-    waits |= unclear & (
-        age[unclear].min(initial=np.inf) < TUNING.patience_s + TUNING.patience_share * nearest
-    )
-    return waits
-
-
-def _returns(new: list[int], old: list[int], probabilities: Array, waiting: set[int]) -> Returns:
-    """Return the labels of new tracks by their probabilities, (k, k) robots by tracks."""
-    done = Returns(waiting=waiting)
-    for k, law in enumerate(probabilities.tolist()):
-        done.label_probabilities[old[k]] = dict(zip(new, law, strict=True))
-        if law[k] > TUNING.naming_probability:
-            done.robots[new[k]] = old[k]
-        else:
-            done.ended.add(old[k])
-    return done
-
-
 def _can_be(old: Track, new: Track) -> bool:
     return old.class_id == new.class_id and not old.coexisted(new)
-
-
-def _waits(density: Array) -> NDArray[np.bool_]:
-    """Return the columns (m,) that two rows of (n, m) explain about equally well."""
-    if len(density) < 2:
-        return np.zeros(density.shape[1], dtype=bool)
-    second, best = np.sort(density, axis=0)[-2:]
-    waits: NDArray[np.bool_] = (best > 0.0) & (best < EVIDENCE.clear_odds * second)
-    return waits

@@ -43,6 +43,11 @@ class Coasting:
         for track in tracks:  # robots stay until pending labels are decided
             if track.label_pending:
                 came_ns = min(came_ns, track.first_seen_ns)
+        asked_ns: dict[str, int] = {}  # and until tracks that may be they are old
+        for track in tracks:
+            if track.may_be and stamp_ns - track.first_seen_ns <= self._coast_ns:
+                for label in track.may_be:
+                    asked_ns[label] = min(asked_ns.get(label, stamp_ns), track.first_seen_ns)
         lost, tentative, coasting = set[int](), State.TENTATIVE, State.COASTING
         new = sum(track.state is tentative for track in tracks)
         for row, track in enumerate(tracks):
@@ -50,7 +55,7 @@ class Coasting:
             if track.state is not tentative:
                 track.state = coasting
                 patience_ns = self._coast_of_class.get(track.class_id, self._coast_ns)
-                unseen_ns = came_ns - track.last_seen_ns
+                unseen_ns = min(came_ns, asked_ns.get(track.robot_id, came_ns)) - track.last_seen_ns
             if unseen_ns > patience_ns:
                 if track.state is tentative and not self._confirmation.robots_missing(stamp_ns):
                     self._confirmation.transients.note(stamp_ns, transience(track, new))

@@ -20,12 +20,9 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.identity.label_ambiguity import Position, exchange_probabilities
 from aerial_gnss_ros.core.identity.labels import ConfirmedTrack, Labels
-from aerial_gnss_ros.core.identity.reidentification import (
-    Reidentification,
-    Returns,
-    duplicate_tracks,
-)
+from aerial_gnss_ros.core.identity.reidentification import Reidentification, duplicate_tracks
 from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
+from aerial_gnss_ros.core.identity.returns import Returns
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
 from aerial_gnss_ros.core.tracker.score_evidence import scores_as_robots
@@ -146,9 +143,8 @@ class TrackConfirmation:
             [self._confirmed_track(tracks[row], row) for row in unknown], local
         )
         for row, name in zip(unknown, names, strict=True):
-            tracks[row].robot_id = name
-        for row, old in returns.robots.items():
-            tracks[row].inherit_label(tracks[old])
+            tracks[row].robot_id, tracks[row].may_be = name, returns.may_be.get(row, {})
+        self._inherit(returns)
         self._record_alternatives(returns)
         for row, old in returns.robots.items():
             self._table.merge(old, row, attitude_known)
@@ -159,6 +155,20 @@ class TrackConfirmation:
                 tracks[row].unverified = tracks[row].robot_id not in labels
         self._report_ended(returns)
         return {*returns.robots.values(), *returns.ended, *merged}
+
+    def _inherit(self, returns: Returns) -> None:
+        """Let tracks inherit the labels of the robots that they are."""
+        tracks, log = self._table.tracks, self._table.filter.log
+        for row, old in returns.robots.items():
+            if tracks[row].robot_id:
+                log.add(
+                    f"{tracks[row].robot_id} is {tracks[old].robot_id}, and is called so again."
+                )
+            tracks[row].inherit_label(tracks[old])
+        found = {tracks[row].robot_id for row in (*returns.robots, *returns.ended)}
+        for track in tracks:  # and no other track is one of these robots
+            if found & {*track.may_be}:
+                track.may_be = {k: one for k, one in track.may_be.items() if k not in found}
 
     def _report_ended(self, returns: Returns) -> None:
         """Report labels that end."""

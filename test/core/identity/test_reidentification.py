@@ -9,12 +9,9 @@ import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity import reidentification
-from aerial_gnss_ros.core.identity.reidentification import (
-    Reidentification,
-    Returns,
-    duplicate_tracks,
-)
+from aerial_gnss_ros.core.identity.reidentification import Reidentification, duplicate_tracks
 from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
+from aerial_gnss_ros.core.identity.returns import Returns
 from aerial_gnss_ros.core.models.evidence import UNCLEAR
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
@@ -187,3 +184,58 @@ def test_other_robots_that_a_track_may_be_are_remembered_where_they_are_likely_e
     )
     assert done.other == {(9, 4): 0.6, (9, 7): 0.3}
     assert done.unknown == {9: pytest.approx(0.1 - 0.9 * unsure)}
+
+
+def _crossing_view(label, seen_s, now, **more):
+    """Return a track that the camera left or found at the edge of the image."""
+    came, left = (now - round(ago * SECOND) for ago in seen_s)
+    track = Track("aqua", came, left, robot_id=label, hits=(came, left), **more)
+    track.state = State.COASTING if label else State.TENTATIVE
+    track.entered_view = track.leaving_view = True
+    return track
+
+
+def _decide(search, tracks, away, ready, places, now):
+    offsets = places[ready][None] - places[away][:, None]
+    spread = np.broadcast_to(1.5 * np.eye(2), (*offsets.shape, 2))
+    return search.decide(
+        tracks, away, ready, (offsets, spread), _unseen(len(ready)), now, 13.0, 0.1
+    )
+
+
+def test_a_new_label_is_given_up_as_soon_as_it_is_clear_whose_it_was():
+    """Midway between two robots that the camera left; then the other one is found, too."""
+    now, search = 1000 * SECOND, Reidentification(MOTION, 11.6, 180.0)
+    places = np.array([(0.0, 0.0), (2.4, 0.0), (1.1, 0.0), (2.5, 0.1)])
+    lost = [_crossing_view(f"aqua_{i}", (30.0, 6.0), now) for i in range(2)]
+    tracks = [*lost, _crossing_view("", (1.2, 0.0), now)]
+    first = _decide(search, tracks, [0, 1], [2], places[:3], now)
+    assert (first.robots, first.waiting) == ({}, set())
+    assert set(first.may_be[2]) == {"aqua_0", "aqua_1"}
+    tracks[2].robot_id, tracks[2].may_be = "aqua_2", first.may_be[2]
+    tracks.append(_crossing_view("", (1.1, 0.0), now))
+    second = _decide(search, tracks, [0, 1, 2], [3], places, now)
+    assert second.robots == {2: 0, 3: 1}
+
+
+def test_a_track_out_of_view_waits_rather_than_being_one_more_robot():
+    now, search = 1000 * SECOND, Reidentification(MOTION, 11.6, 180.0)
+    places = np.array([(0.0, 0.0), (2.4, 0.0), (1.1, 0.0)])
+    lost = [_crossing_view(f"aqua_{i}", (30.0, 6.0), now) for i in range(2)]
+    tracks = [*lost, _crossing_view("", (1.6, 0.3), now)]
+    found = _decide(search, tracks, [0, 1], [2], places, now)
+    assert (found.robots, found.waiting) == ({}, {2})
+
+
+def test_a_track_where_one_with_a_new_label_was_is_that_one():
+    """Two old labels and a new one are candidates, the newest of the three by far the likeliest."""
+    now, search = 1000 * SECOND, Reidentification(MOTION, 11.6, 180.0)
+    places = np.array([(0.0, 0.0), (2.4, 0.0), (1.0, 0.0)])
+    lost = [_crossing_view(f"aqua_{i}", (30.0, 6.0), now) for i in range(2)]
+    tracks = [*lost, _crossing_view("", (1.2, 0.0), now)]
+    first = _decide(search, tracks, [0, 1], [2], places, now)
+    tracks[2].robot_id, tracks[2].may_be = "aqua_2", first.may_be[2]
+    later, places = now + 3 * SECOND, np.vstack([places, (1.0, 0.1)])
+    tracks.append(_crossing_view("", (1.1, 0.0), later))
+    second = _decide(search, tracks, [0, 1, 2], [3], places, later)
+    assert second.robots.get(3) == 2

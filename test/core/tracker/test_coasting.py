@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.association.track import EarlierLabel, Track
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.tracker.coasting import Coasting
 from aerial_gnss_ros.core.values.estimates import State
@@ -66,3 +66,14 @@ def test_a_class_may_coast_for_another_time_and_that_may_change():
     assert made.update(6 * SECOND) == {0}
     made.reconfigure(estimator_config({"classes.buoy.coast_s": 7.0}))
     assert made.update(6 * SECOND) == set()
+
+
+@pytest.mark.parametrize(("came_s", "lost"), [(COAST_S - 1, set()), (COAST_S + 1, {0})])
+def test_a_robot_stays_while_a_track_with_a_new_label_may_be_it(came_s, lost):
+    """If it would have coasted when that track came, and for `coast_s` from then on."""
+    heir = robot(last_s=COAST_S + 2, may_be={"aqua_1": EarlierLabel(0.0, 1.0, 1.0, 0.0)})
+    heir.robot_id, heir.first_seen_ns = "aqua_2", came_s * SECOND
+    made = coasting(robot(), heir)[0]
+    assert made.update((COAST_S + 2) * SECOND) == lost
+    heir.last_seen_ns = (2 * COAST_S + 2) * SECOND
+    assert 0 in made.update(heir.last_seen_ns)
