@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 class ReturnAssignmentTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    most_hypotheses: int = 300
-    """Greatest number of joint assignments that are followed, the likeliest ones. Judged."""
+    most_hypotheses: int = 100
+    """Greatest number of sets of robots taken that are followed, the likeliest ones. Judged."""
 
 
 TUNING = ReturnAssignmentTuning()
@@ -67,25 +67,62 @@ class Pairs:
 def exclusive_probabilities(odds: Array) -> Array:
     """Return the probabilities (n, m) that a new track is a robot, if each robot is on one track.
 
+    Tracks are taken one after the other. What follows depends on which robots are taken, as far as
+    later tracks may be them: so assignments that take the same ones are added up (forward and
+    backward recursion).
+
     Args:
         odds: (n, m) likelihood ratios of each robot to a new one, by track; 0: impossible.
     """
-    hypotheses: list[tuple[float, tuple[int, ...]]] = [(1.0, ())]
-    for column in odds.T.tolist():
-        longer = [(weight, (*taken, -1)) for weight, taken in hypotheses]
-        for row, ratio in enumerate(column):
-            if ratio > 0.0:
-                longer += [
-                    (weight * ratio, (*taken, row))
-                    for weight, taken in hypotheses
-                    if row not in taken
-                ]
-        longer.sort(key=lambda one: -one[0])
-        best = longer[0][0]
-        hypotheses = [(weight / best, taken) for weight, taken in longer[: TUNING.most_hypotheses]]
+    choices = [
+        [(-1, 1.0), *((row, ratio) for row, ratio in enumerate(column) if ratio > 0.0)]
+        for column in odds.T.tolist()
+    ]
+    later, seen = list[int](), 0  # robots that later tracks may be, a bit for each
+    for column in reversed(choices):
+        later.append(seen)
+        seen |= sum(1 << row for row, _ in column[1:])
+    later.reverse()
+    forward = _forward(choices, later)
     probabilities = np.zeros(odds.shape)
-    for weight, taken in hypotheses:
-        for column_, row in enumerate(taken):
-            if row >= 0:
-                probabilities[row, column_] += weight
-    return probabilities / sum(weight for weight, _ in hypotheses)
+    backward = dict.fromkeys(forward[-1], 1.0)
+    for j in reversed(range(len(choices))):
+        before, weights = dict[int, float](), dict[int, float]()
+        for taken, weight in forward[j].items():
+            for row, ratio in choices[j]:
+                after = _taken(taken, row, later[j])
+                rest = 0.0 if after is None else ratio * backward.get(after, 0.0)
+                before[taken] = before.get(taken, 0.0) + rest
+                weights[row] = weights.get(row, 0.0) + weight * rest
+        whole, most = sum(weights.values()), max(before.values())
+        for row, _ in choices[j][1:]:
+            probabilities[row, j] = weights[row] / whole
+        backward = {taken: weight / most for taken, weight in before.items()}
+    return probabilities
+
+
+def _forward(choices: list[list[tuple[int, float]]], later: list[int]) -> list[dict[int, float]]:
+    """Return the weights of the robots taken, by their bits, before each track and after the last.
+
+    Args:
+        choices: of each track, robots and likelihood ratios; -1: a new one.
+        later: robots that later tracks may be, by track.
+    """
+    found = [{0: 1.0}]
+    for column, kept in zip(choices, later, strict=True):
+        sums = dict[int, float]()
+        for taken, weight in found[-1].items():
+            for row, ratio in column:
+                after = _taken(taken, row, kept)
+                if after is not None:
+                    sums[after] = sums.get(after, 0.0) + weight * ratio
+        best = sorted(sums.items(), key=lambda one: -one[1])[: TUNING.most_hypotheses]
+        found.append({taken: weight / best[0][1] for taken, weight in best})
+    return found
+
+
+def _taken(taken: int, row: int, kept: int) -> int | None:
+    """Return the robots taken with one more, as far as they matter; None: it is taken already."""
+    if row < 0:
+        return taken & kept
+    return None if taken >> row & 1 else (taken | 1 << row) & kept
