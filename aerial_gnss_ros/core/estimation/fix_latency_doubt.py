@@ -116,6 +116,8 @@ class FixLatencyDoubt:
     def update(self, image: SeenImage, scene: PosedFrame, local: LocalMap) -> bool:
         """Take in an image; return whether another latency was found, and is used from now on.
 
+        Images are wanted while it is `open`.
+
         Args:
             image: as the published tracker took it in.
             scene: its boxes and the camera's pose.
@@ -123,7 +125,7 @@ class FixLatencyDoubt:
         """
         self.recent.add(image)
         stamp_ns = image.frame.stamp_ns
-        if not self.open or image.measured is None or stamp_ns < self._due_ns:
+        if image.measured is None or stamp_ns < self._due_ns:
             return False
         self._due_ns = stamp_ns + round(LATENCY_DOUBT.interval_s * 1e9)
         self._search.compare(scene, image.measured, local)
@@ -185,8 +187,7 @@ class FixLatencyDoubt:
             corrects: label of the robot that each reference is which corrects its positions.
         """
         if self._covers:
-            labels = frozenset(corrects.values())
-            self._cover.add(1e-9 * scene.detections.stamp_ns, scene.in_map, labels)
+            self._cover.note(scene, corrects)
 
     def mixed(self, result: FrameResult) -> FrameResult:
         """Return a result whose robots are as uncertain as other latencies would displace them."""

@@ -14,12 +14,13 @@ corrected.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.values.estimates import RobotEstimate
@@ -71,6 +72,16 @@ class LatencyCover:
         self._cameras: deque[tuple[float, MapPose]] = deque()
         self._now_s, self._camera = 0.0, MapPose(np.zeros(3), np.eye(3))
         self._corrects: frozenset[str] = frozenset()
+
+    def note(self, scene: PosedFrame, corrects: Mapping[str, str]) -> None:
+        """Note the camera of an image.
+
+        Args:
+            scene: the image.
+            corrects: label of the robot that each reference is which corrects its positions.
+        """
+        labels = frozenset(corrects.values())
+        self.add(1e-9 * scene.detections.stamp_ns, scene.in_map, labels)
 
     def add(self, time_s: float, camera: MapPose, corrects: frozenset[str] = frozenset()) -> None:
         """Note the camera of an image's scene, with the configured latency.

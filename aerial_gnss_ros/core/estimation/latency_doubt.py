@@ -98,7 +98,6 @@ class LatencyDoubt:
     Attributes:
         open: whether it is undecided.
         doubted: whether another latency was found likelier.
-        nats: log odds of another latency.
         trial: tracks with another latency, while it is likely enough.
         due_ns: stamp of the next image that is wanted, ns.
         unknown: the configuration of a latency that is not known.
@@ -115,7 +114,7 @@ class LatencyDoubt:
         self._again = False
         self.search = LatencySearch(self.unknown, inputs, weighs=True)
         self._motion = TimeInMotion()
-        self.nats = self._rival = -math.inf
+        self._nats = self._rival = -math.inf
         self._cover = LatencyCover(self.search.corrections, TUNING.elsewhere)
         self.reset()
 
@@ -185,15 +184,15 @@ class LatencyDoubt:
         gains = np.delete(gains, evidence.configured)
         prior = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))
         best = float(gains.max())
-        self.nats = prior + best + math.log(float(np.exp(gains - best).mean()))
+        self._nats = prior + best + math.log(float(np.exp(gains - best).mean()))
         self._rival = rival
         if self.stamped_seldom:
-            self.nats = math.inf
+            self._nats = math.inf
         right = float(far.max()) < TUNING.settled_nats
         endless = moved_s > 2.0 * TUNING.decided_s
-        likelier = self.nats > prior
+        likelier = self._nats > prior
         settled = right or endless or (moved_s > TUNING.decided_s and not likelier)
-        if self.nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
+        if self._nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
             self._drop()
         self.open = self.trial is not None or not settled
         self._covers = self.open or (likelier and not right)
@@ -219,7 +218,7 @@ class LatencyDoubt:
         if self.trial is not None:
             self.trial.add(image)
         elif not self.doubted:
-            if self.open and self.nats >= TUNING.tried_nats:
+            if self.open and self._nats >= TUNING.tried_nats:
                 self._again, self.trial = False, self._begin(self._anew(), origin, labels)
             return None
         found = self.trial
@@ -235,7 +234,7 @@ class LatencyDoubt:
         """Return whether a trial's latency is the likelier one; once it is, it stays so."""
         if self.doubted:
             return True
-        likelier = self.nats > max(TUNING.doubted_nats, self._rival)
+        likelier = self._nats > max(TUNING.doubted_nats, self._rival)
         self.doubted = likelier and trial.balance > -TUNING.fewer_robots
         if self.doubted:
             self.open = False
@@ -302,8 +301,7 @@ class LatencyDoubt:
             corrects: label of the robot that each reference is which corrects its positions.
         """
         if self._covers:
-            labels = frozenset(corrects.values())
-            self._cover.add(1e-9 * scene.detections.stamp_ns, scene.in_map, labels)
+            self._cover.note(scene, corrects)
 
     def mixed(self, result: FrameResult, local: LocalMap | None) -> FrameResult:
         """Return a result as moments of the mixture of both hypotheses while it is undecided.
@@ -314,7 +312,7 @@ class LatencyDoubt:
             return result
         alone = self._cover.widened(result.estimates)
         if self.trial is not None:
-            probability = 1.0 / (1.0 + math.exp(-self.nats))
+            probability = 1.0 / (1.0 + math.exp(-self._nats))
             alone = self.trial.mixed(result.estimates, alone, probability, local)
         return replace(result, estimates=tuple(alone))
 

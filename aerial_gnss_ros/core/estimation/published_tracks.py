@@ -185,7 +185,7 @@ class PublishedTracks:
             self._doubt = LatencyDoubt(self._config, self._inputs)
         self._log.add(
             f"The fix is {self._inputs.fix_later_ns * 1e-9:.2f} s later than fix.latency_s says, "
-            "and used so from now on. State fix.latency_s if you know it."
+            "which is corrected from now on. State fix.latency_s if you know it."
         )
         return self._take_over(trial)
 
