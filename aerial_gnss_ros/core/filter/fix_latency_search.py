@@ -50,7 +50,9 @@ class NearLatencySearch(LatencySearch):
 
     def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
         noise = replace(config.noise, latency_s=TUNING.reach_s / SURE_SIGMAS)
-        super().__init__(replace(config, noise=noise), inputs, weighs=True)
+        # All corrections are tried, whatever the images' latency is.
+        most_s = abs(config.camera.latency_s) + 2.0 * TUNING.reach_s
+        super().__init__(replace(config, noise=noise), inputs, weighs=True, most_s=most_s)
 
 
 class FixLatencySearch(NearLatencySearch):

@@ -79,6 +79,7 @@ class LatencySearch:
         config: noise, motion, latency.
         inputs: telemetry buffers.
         weighs: whether it weighs other latencies than the configured one.
+        most_s: greatest absolute latency, configured plus estimated, s.
 
     Attributes:
         found: mean and sigma of the correction, s; None where it is not estimated.
@@ -89,7 +90,11 @@ class LatencySearch:
     """
 
     def __init__(
-        self, config: EstimatorConfig, inputs: TelemetryBuffers, weighs: bool = False
+        self,
+        config: EstimatorConfig,
+        inputs: TelemetryBuffers,
+        weighs: bool = False,
+        most_s: float = TUNING.max_latency_s,
     ) -> None:
         stated = config.camera.latency_s
         self._stated_ns = round(stated * 1e9)
@@ -97,8 +102,8 @@ class LatencySearch:
         self._local: LocalMap | None = None
         self._sigma = config.noise.value("latency_s")
         reach = max(SURE_SIGMAS * self._sigma, TUNING.reach_steps * STEP_S)
-        first = math.ceil(max(-TUNING.max_latency_s - stated, -reach) / STEP_S - 1e-9)
-        last = math.floor(min(TUNING.max_latency_s - stated, reach) / STEP_S + 1e-9)
+        first = math.ceil(max(-most_s - stated, -reach) / STEP_S - 1e-9)
+        last = math.floor(min(most_s - stated, reach) / STEP_S + 1e-9)
         self.corrections: Array = np.arange(first, last + 1, dtype=np.float64) * STEP_S
         self._lattice = PoseLattice(last - first + 2 * TUNING.most_waiting)
         model = PlatformModel(config.noise, config.gimbal.reference)

@@ -24,9 +24,15 @@ def search(kind, values=None):
 def test_candidates_reach_half_a_second_either_way(latency_s):
     for kind in (FixLatencySearch, NearLatencySearch):
         found = search(kind, {"camera.latency_s": latency_s}).corrections
-        first = max(-0.5, -3.0 - latency_s)
-        np.testing.assert_allclose(found[[0, -1]], [first, 0.5], atol=1e-9)
+        np.testing.assert_allclose(found[[0, -1]], [-0.5, 0.5], atol=1e-9)
         assert np.abs(found).min() < 1e-9
+
+
+def test_a_search_goes_on_where_the_latency_of_images_is_set_to_its_limit():
+    former = search(FixLatencySearch)
+    one = search(FixLatencySearch, {"camera.latency_s": 2.9})
+    one.follow(former)
+    assert len(one.corrections) == len(one.evidence.gains()) == len(former.corrections)
 
 
 def test_places_are_of_other_times_and_all_else_is_of_the_image():
