@@ -69,7 +69,9 @@ TESTED_WITH = {
     "training/test_second_look.py": (
         "training/proposals training/second_look_network training/second_look_network_fit"
     ),
-    "training/test_small.py": "training/small_network training/small_samples",
+    "training/test_small.py": (
+        "training/small_batch training/small_network training/small_samples"
+    ),
     "training/test_supervise.py": "training/offline training/results training/worker",
     "training/test_train.py": "training/export",
 }

@@ -1,11 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The network of second looks and of `teach`: a backbone that knows photographs, and a head.
-
-What has learnt from a few thousand images of water takes whatever else it meets there for a robot.
-The backbone here has learnt to tell 80 kinds of things apart on the photographs of COCO, as that of
-NanoDet-g (https://github.com/RangiLyu/nanodet, Apache-2.0), and then learns robots with its head.
-"""
+"""The network of second looks and of `teach`: a backbone that knows photographs, and a head."""
 
 from __future__ import annotations
 
@@ -20,56 +15,12 @@ from torch.nn import functional
 from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import find_model, second_look_beside
-from aerial_gnss_ros.training.tfjs_weights import read_tfjs_weights
+from aerial_gnss_ros.training.backbone import CHANNELS, DEVIATION, MEAN, Backbone, load_coco
 
 SIDE = 96
 """Pixels to which views are enlarged: the maps of the last stage have six cells a side."""
-_MEAN, _DEVIATION = (103.53, 116.28, 123.675), (57.375, 57.12, 58.395)
-"""Of COCO's pixels, blue green red, as the backbone expects."""
 _HIDDEN, _DROPPED = 64, 0.2
-_SLOPE = 0.1  # of negative values
-_FEATURES = 2 * 3 * (128 + 256)  # of two views: mean, maximum and middle of two stages' channels
-
-
-class _Block(nn.Module):  # type: ignore[misc]  # torch is optional
-    def __init__(self, channels: int) -> None:
-        super().__init__()
-        half = channels // 2
-        self.first = nn.Conv2d(channels, half, 3, 1, 1)
-        self.second = nn.Conv2d(half, half, 3, 1, 1)
-
-    def forward(self, x: Any) -> Any:
-        first = _rectified(self.first(x))
-        return torch.cat([_rectified(self.second(first)), first], 1)
-
-
-class _Stage(nn.Module):  # type: ignore[misc]
-    """Doubles the channels; but for the first stage it halves the map, too."""
-
-    def __init__(self, channels: int, stride: int, blocks: int) -> None:
-        super().__init__()
-        self.enter = nn.Conv2d(channels, channels, 3, stride, 1)
-        self.blocks = nn.Sequential(*(_Block(channels) for _ in range(blocks)))
-        self.leave = nn.Conv2d(channels, channels, 3, 1, 1)
-
-    def forward(self, x: Any) -> Any:
-        entered = _rectified(self.enter(x))
-        return torch.cat([_rectified(self.leave(self.blocks(entered))), entered], 1)
-
-
-class Backbone(nn.Module):  # type: ignore[misc]
-    """NanoDet-g's first three stages: images (n, 3, side, side) to maps at 1/8 and 1/16 of it."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.stem = nn.Conv2d(3, 32, 3, 2, 1)
-        self.stages = nn.ModuleList([_Stage(32, 1, 1), _Stage(64, 2, 2), _Stage(128, 2, 2)])
-
-    def forward(self, x: Any) -> list[Any]:
-        """Return maps with 128 and 256 channels."""
-        first, second, third = self.stages
-        eighth = second(first(functional.max_pool2d(_rectified(self.stem(x)), 3, 2, 1)))
-        return [eighth, third(eighth)]
+_FEATURES = 2 * 3 * sum(CHANNELS)  # of two views: mean, maximum and middle of two stages' channels
 
 
 class PretrainedNetwork(nn.Module):  # type: ignore[misc]
@@ -84,7 +35,7 @@ class PretrainedNetwork(nn.Module):  # type: ignore[misc]
         super().__init__()
         self.classes, self.side = classes, side
         self.backbone = Backbone()
-        for name, values in (("mean", _MEAN), ("deviation", _DEVIATION)):
+        for name, values in (("mean", MEAN), ("deviation", DEVIATION)):
             levels = torch.tensor(values).reshape(1, 3, 1, 1) / 255.0
             self.register_buffer(name, levels, persistent=False)
         self.norm = nn.BatchNorm1d(_FEATURES, affine=False)
@@ -130,17 +81,8 @@ def from_coco(path: Path) -> PretrainedNetwork:
     Raises:
         ModelError: the file is unreadable, or another network's.
     """
-    stored = read_tfjs_weights(path)
     network = PretrainedNetwork()
-    layers = [layer for layer in network.backbone.modules() if isinstance(layer, nn.Conv2d)]
-    try:
-        with torch.no_grad():
-            for i, layer in enumerate(layers):
-                weight = stored["PartitionedCall/split" + (f"_{i}" if i else "")]
-                layer.weight.copy_(torch.from_numpy(weight).permute(3, 2, 0, 1))
-                layer.bias.copy_(torch.from_numpy(stored[f"unknown_{2 * i}"]))
-    except (KeyError, RuntimeError) as error:
-        raise ModelError(f"{path} is not NanoDet-g: {error}; give nanodet.json.") from error
+    load_coco(network.backbone, path)
     return network
 
 
@@ -174,10 +116,6 @@ def read(path: Path) -> PretrainedNetwork:
         )
     network.eval()
     return network
-
-
-def _rectified(x: Any) -> Any:
-    return functional.leaky_relu(x, _SLOPE)
 
 
 def _pooled(x: Any) -> Any:

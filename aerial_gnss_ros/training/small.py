@@ -1,8 +1,8 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Trains the small detector from scratch, without ultralytics: weights under a licence of your own.
+"""Trains the small detector without ultralytics: weights under a licence of your own.
 
-python -m aerial_gnss_ros.training.small FOLDER ... -o RUN --time 1
+python -m aerial_gnss_ros.training.small FOLDER ... -o RUN --start nanodet.json --time 1
 
 RUN has state.pt, from which a training that was stopped goes on when the same command is given
 again, and at the end small.onnx.
@@ -11,10 +11,13 @@ again, and at the end small.onnx.
 from __future__ import annotations
 
 import argparse
+import copy
 import math
+import os
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,7 +29,7 @@ from aerial_gnss_ros.resources import install_hint
 from aerial_gnss_ros.text.sentences import counted
 from aerial_gnss_ros.training.labelled import LabelledImage, read_labels
 from aerial_gnss_ros.training.labelled_bag import is_bag, read_bag
-from aerial_gnss_ros.training.small_samples import Pool, draw
+from aerial_gnss_ros.training.small_samples import Pool
 
 STATE, RESULT = "state.pt", "small.onnx"
 _DECAY = 0.02
@@ -99,24 +102,26 @@ def fit(
         plan: how.
         folder: of the run; created if it is missing.
         names: of the classes.
-        start: another run's state to begin from; None: from scratch.
+        start: what to begin from (`started`); None: random weights.
         report: called periodically with the step, the mean loss, and the share of the time used.
 
     Raises:
         InputError: a state that cannot be read.
+        ModelError: a network to start from that is of another kind.
     """
     import torch
 
-    from aerial_gnss_ros.training.small_network import SmallDetector, loss, write
+    from aerial_gnss_ros.training.small_batch import Sampler
+    from aerial_gnss_ros.training.small_network import loss, write
 
     if plan.threads:
         torch.set_num_threads(plan.threads)
     torch.manual_seed(plan.seed)
+    torch.backends.cudnn.benchmark = True
     folder.mkdir(parents=True, exist_ok=True)
-    network = SmallDetector(len(names)).to(plan.device, memory_format=torch.channels_last)
-    mean = SmallDetector(len(names)).to(plan.device)
+    network = started(start, len(names)).to(plan.device, memory_format=torch.channels_last)
+    mean = copy.deepcopy(network)
     optimizer = torch.optim.AdamW(network.parameters(), plan.learning_rate, weight_decay=_DECAY)
-    mean.load_state_dict(network.state_dict())
     step, spent = 0, 0.0
     state = folder / STATE
     if state.is_file():
@@ -125,40 +130,58 @@ def fit(
         mean.load_state_dict(stored["mean"])
         optimizer.load_state_dict(stored["optimizer"])
         step, spent = stored["step"], stored["spent"]
-    elif start is not None:
-        network.load_state_dict(_stored(start)["mean"])
-        mean.load_state_dict(network.state_dict())
+    sampler = Sampler(pool, plan.side, len(names), plan.device)
     rng = np.random.default_rng([plan.seed, step])
-    begun, saved, losses = time.monotonic() - spent, time.monotonic(), list[float]()
+    begun, saved, losses = time.monotonic() - spent, time.monotonic(), list[Any]()
     network.train()
     while (share := plan.done(step, time.monotonic() - begun)) < 1.0:
         rate = _rate(plan.learning_rate, step, share)
         for group in optimizer.param_groups:
             group["lr"] = rate
-        batch = draw(rng, pool, plan.batch, plan.side, len(names))
-        images, *wanted = (
-            torch.from_numpy(item).to(plan.device)
-            for item in (batch.images, batch.wanted, batch.weight, batch.truth)
-        )
+        batch = sampler.draw(rng, plan.batch)
         with torch.autocast(plan.device.split(":")[0], torch.bfloat16, enabled=plan.bfloat16):
-            # From blue, green, red by rows; its layout in memory stays: channels last.
-            maps = network(images.flip(3).permute(0, 3, 1, 2).float() / 255.0)
-        error = loss(maps.float(), *wanted)
+            maps = network(batch.images.contiguous(memory_format=torch.channels_last))
+        error = loss(maps.float(), batch.wanted, batch.weight, batch.truth)
         optimizer.zero_grad()
         error.backward()
         torch.nn.utils.clip_grad_norm_(network.parameters(), 10.0)
         optimizer.step()
         step += 1
         _average(mean, network, min(_AVERAGED, step / (step + 10)))
-        losses.append(float(error.detach()))
+        losses = [*losses[1 - _REPORTED_EVERY :], error.detach()]
         if report is not None and step % _REPORTED_EVERY == 0:
-            report(step, float(np.mean(losses[-_REPORTED_EVERY:])), share)
+            report(step, float(torch.stack(losses).mean()), share)
         if time.monotonic() - saved > _SAVED_EVERY_S:
             _save(state, network, mean, optimizer, step, time.monotonic() - begun)
             saved = time.monotonic()
     _save(state, network, mean, optimizer, step, time.monotonic() - begun)
     write(mean.cpu(), names, folder / RESULT)
     return folder / RESULT
+
+
+def started(start: Path | None, classes: int) -> Any:
+    """Return a network to train.
+
+    Args:
+        start: another run's state.pt; an .onnx file of a small detector; nanodet.json, whose
+            weights know COCO's photographs (`backbone.load_coco`); None: random weights.
+        classes: number of classes.
+
+    Raises:
+        InputError: a state that cannot be read.
+        ModelError: another file that cannot be read, or another network's.
+    """
+    from aerial_gnss_ros.training.small_network import SmallDetector, from_coco, read
+
+    if start is None:
+        return SmallDetector(classes)
+    if start.suffix == ".json":
+        return from_coco(start, classes)
+    if start.suffix == ".onnx":
+        return read(start, classes)
+    network = SmallDetector(classes)
+    network.load_state_dict(_stored(start)["mean"])
+    return network
 
 
 def _rate(first: float, step: int, share: float) -> float:
@@ -205,6 +228,25 @@ def _stored(path: Path) -> dict[str, Any]:
     return stored
 
 
+def read_pool(folders: Sequence[tuple[Path, float]]) -> Pool:
+    """Return the labelled images of folders, each with its weight.
+
+    Raises:
+        InputError: a folder without images, or a label that cannot be read.
+    """
+
+    def of(one: tuple[Path, float]) -> Pool:
+        pool = Pool()
+        pool.add(images_of(one[0]), one[1])
+        return pool
+
+    whole = Pool()
+    with ThreadPoolExecutor(os.cpu_count()) as readers:
+        for part in readers.map(of, folders):
+            whole.extend(part)
+    return whole
+
+
 def images_of(folder: Path) -> Iterable[LabelledImage]:
     """Return the labelled images of a flight, or of a data set's train split."""
     return read_bag(folder) if is_bag(folder) else read_labels(folder, "train")
@@ -232,10 +274,8 @@ def _train(given: argparse.Namespace) -> None:
         raise ModelError(
             f"training a small detector needs torch; install it with {install_hint('ultralytics')}."
         ) from error
-    pool = Pool()
-    for weight, folders in [(1.0, given.folders), *map(_weighted, given.times)]:
-        for folder in folders:
-            pool.add(images_of(Path(folder)), weight)
+    weighted = [(1.0, given.folders), *map(_weighted, given.times)]
+    pool = read_pool([(Path(folder), weight) for weight, some in weighted for folder in some])
     robots = sum(map(len, pool.corners))
     _say(f"{counted(len(pool.images), 'image')}, {counted(robots, 'robot')}")
     file = fit(
@@ -271,7 +311,10 @@ def _parser() -> argparse.ArgumentParser:
         "--times", nargs="+", action="append", default=[], metavar="N FOLDER",
         help="a number and further folders, each counted that many times; may be repeated",
     )  # fmt: skip
-    parser.add_argument("--start", type=Path, metavar="STATE", help="state.pt to go on from")
+    parser.add_argument(
+        "--start", type=Path, metavar="FILE",
+        help="state.pt or .onnx to go on from, or nanodet.json",
+    )  # fmt: skip
     parser.add_argument("--names", nargs="+", default=["aqua"], help="of the classes")
     parser.add_argument("--side", type=int, default=SmallPlan.side, help="of a crop, px")
     parser.add_argument("--batch", type=int, default=SmallPlan.batch, help="crops a step")

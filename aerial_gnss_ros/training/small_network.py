@@ -1,10 +1,10 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The small detector: a network of 500,000 weights in plain torch, its loss and its export.
+"""The small detector: its network in plain torch, its loss, and its files.
 
 It predicts a map of box centres with a box at each place, at an eighth of the image's resolution
 (Zhou et al., Objects as Points, 2019). Robots seen from above are small and rarely overlap, so one
-map is enough; two coarser levels add the surroundings.
+map is enough; a coarser one adds the surroundings.
 """
 
 from __future__ import annotations
@@ -14,17 +14,29 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from torch import nn
 from torch.nn import functional
 
+from aerial_gnss_ros.core.values.errors import ModelError
+from aerial_gnss_ros.training.backbone import (
+    CHANNELS,
+    DEVIATION,
+    MEAN,
+    Backbone,
+    load_coco,
+    rectified,
+)
+
 STRIDE = 8  # px of the image for a place of the map
 MULTIPLE = 32  # of which height and width of an image must be multiples
 _OPSET, _IR_VERSION = 17, 8  # read by ONNX Runtime 1.17 and later
-_WIDTHS = (16, 32, 48, 80, 128)
+_WIDTH = 48  # channels of the head
 _PRIOR_ODDS = -4.6  # of a robot at a place: 0.01
 _USUAL_PX = 32.0  # a robot's box without evidence
 _LARGEST_LOG = 4.0  # of a side over _USUAL_PX
+_LEAST_ROBOTS = 0.25  # an image by which a loss is divided: batches without robots count no more
 
 
 class SmallDetector(nn.Module):  # type: ignore[misc]  # torch is optional
@@ -36,49 +48,43 @@ class SmallDetector(nn.Module):  # type: ignore[misc]  # torch is optional
 
     def __init__(self, classes: int = 1) -> None:
         super().__init__()
-        a, b, c, d, e = _WIDTHS
-        self.fine = nn.Sequential(
-            _layer(3, a, 2), _layer(a, b, 2), _Residual(b), _layer(b, c, 2), _Residual(c),
-            _Residual(c),
-        )  # fmt: skip
-        self.middle = nn.Sequential(_layer(c, d, 2), _Residual(d), _Residual(d))
-        self.coarse = nn.Sequential(_layer(d, e, 2), _Residual(e), _Residual(e), _layer(e, d, 1, 1))
-        self.joined = nn.Sequential(_Residual(d), _layer(d, c, 1, 1))
-        self.head = nn.Sequential(_Residual(c), _layer(c, c, 1), nn.Conv2d(c, 4 + classes, 1))
+        self.backbone = Backbone()
+        self.fine = nn.Conv2d(CHANNELS[0], _WIDTH, 1)
+        self.coarse = nn.Conv2d(CHANNELS[1], _WIDTH, 1)
+        self.first = nn.Conv2d(_WIDTH, _WIDTH, 3, 1, 1)
+        self.second = nn.Conv2d(_WIDTH, _WIDTH, 3, 1, 1)
+        self.last = nn.Conv2d(_WIDTH, 4 + classes, 1)
         with torch.no_grad():
-            self.head[-1].weight.mul_(0.1)
-            self.head[-1].bias.zero_()
-            self.head[-1].bias[4:] = _PRIOR_ODDS
+            self.last.weight.mul_(0.1)
+            self.last.bias.zero_()
+            self.last.bias[4:] = _PRIOR_ODDS
 
     def forward(self, images: Any) -> Any:
         """Return the maps."""
-        fine = self.fine(images)
-        middle = self.middle(fine)
-        middle = self.joined(middle + _doubled(self.coarse(middle)))
-        return self.head(fine + _doubled(middle))
+        fine, coarse = self.backbone(images)
+        doubled = functional.interpolate(self.coarse(coarse), scale_factor=2.0, mode="nearest")
+        joined = rectified(self.fine(fine) + doubled)
+        return self.last(rectified(joined + self.second(rectified(self.first(joined)))))
 
 
-class _Residual(nn.Module):  # type: ignore[misc]
-    def __init__(self, channels: int) -> None:
-        super().__init__()
-        self.inner = nn.Sequential(
-            _layer(channels, channels // 2, 1, 1),
-            nn.Conv2d(channels // 2, channels, 3, 1, 1, bias=False), nn.BatchNorm2d(channels),
-        )  # fmt: skip
+def from_coco(path: Path, classes: int = 1) -> SmallDetector:
+    """Return a network that knows COCO's photographs, and no robot yet.
 
-    def forward(self, x: Any) -> Any:
-        return functional.relu(x + self.inner(x))
+    Args:
+        path: nanodet.json, as for `backbone.load_coco`.
+        classes: number of classes.
 
-
-def _layer(channels: int, out: int, step: int, side: int = 3) -> Any:
-    # ReLU: ONNX Runtime computes it within the convolution, which it does for no smoother one.
-    return nn.Sequential(
-        nn.Conv2d(channels, out, side, step, side // 2, bias=False), nn.BatchNorm2d(out), nn.ReLU()
-    )
-
-
-def _doubled(x: Any) -> Any:
-    return functional.interpolate(x, scale_factor=2.0, mode="nearest")
+    Raises:
+        ModelError: the file is unreadable, or another network's.
+    """
+    network = SmallDetector(classes)
+    load_coco(network.backbone, path)
+    stem = network.backbone.stem
+    with torch.no_grad():  # it sees red, green, blue from 0 to 1 instead of COCO's scaled levels
+        weight = stem.weight / torch.tensor(DEVIATION).reshape(1, 3, 1, 1)
+        stem.bias.sub_((weight * torch.tensor(MEAN).reshape(1, 3, 1, 1)).sum((1, 2, 3)))
+        stem.weight.copy_(255.0 * weight.flip(1))
+    return network
 
 
 def boxes(maps: Any) -> tuple[Any, Any]:
@@ -105,7 +111,7 @@ def loss(maps: Any, wanted: Any, weight: Any, truth: Any) -> Any:
     at = (wanted > 0.999).to(odds)
     found = at * (1.0 - chance).square() * functional.softplus(-odds)
     empty = (1.0 - at) * (1.0 - wanted).pow(4) * chance.square() * functional.softplus(odds)
-    robots = at.sum().clamp(min=1.0)
+    robots = at.sum().clamp(min=_LEAST_ROBOTS * len(maps))
     centre_loss = ((found + empty) * weight).sum() / robots
     near = wanted.amax(1, keepdim=True)
     near = near * (near > 0.3) * weight
@@ -132,30 +138,33 @@ def _generous_iou(centres: Any, sizes: Any, true_centres: Any, true_sizes: Any) 
 class _Exported(nn.Module):  # type: ignore[misc]
     """The network with YOLO's output: (1, 4 + classes, places) centre, size, scores."""
 
-    def __init__(self, network: SmallDetector) -> None:
+    def __init__(self, network: SmallDetector, shift: float) -> None:
         super().__init__()
         self.network = network
+        self.shift = shift
 
     def forward(self, images: Any) -> Any:
         maps = self.network(images)
-        return torch.cat([*boxes(maps), maps[:, 4:].sigmoid()], 1).flatten(2)
+        scores = (maps[:, 4:] + self.shift).sigmoid()
+        return torch.cat([*boxes(maps), scores], 1).flatten(2)
 
 
-def write(network: SmallDetector, names: Sequence[str], path: Path) -> None:
+def write(network: SmallDetector, names: Sequence[str], path: Path, shift: float = 0.0) -> None:
     """Write an .onnx file of the contract that `detection` reads, for any size of image.
 
     Args:
         network: learnt.
         names: of its classes.
         path: of the file, which is overwritten.
+        shift: added to the log odds, so that the default score threshold is the best one.
     """
     import onnx
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about another exporter, which needs another package
         torch.onnx.export(
-            _Exported(network).eval(), torch.zeros((1, 3, 64, 96)), str(path), opset_version=_OPSET,
-            input_names=["images"], output_names=["output0"], dynamo=False,
+            _Exported(network, shift).eval(), torch.zeros((1, 3, 64, 96)), str(path),
+            opset_version=_OPSET, input_names=["images"], output_names=["output0"], dynamo=False,
             dynamic_axes={"images": {2: "height", 3: "width"}, "output0": {2: "boxes"}},
         )  # fmt: skip
     model = onnx.load(path)
@@ -167,3 +176,36 @@ def write(network: SmallDetector, names: Sequence[str], path: Path) -> None:
         item = model.metadata_props.add()
         item.key, item.value = key, value
     onnx.save(model, path)
+
+
+def read(path: Path, classes: int) -> SmallDetector:
+    """Return the network of a file that `write` made, without its shift.
+
+    Args:
+        path: of the .onnx file.
+        classes: of the network; the last layer is new if the file has another number.
+
+    Raises:
+        ModelError: the file is no network of this kind.
+    """
+    import onnx
+    from onnx import numpy_helper
+
+    try:
+        graph = onnx.load(path).graph
+    except Exception as error:  # protobuf raises its own, which is no part of onnx's interface
+        raise ModelError(f"{path} is not an ONNX model: {error}") from error
+    stored = {
+        item.name.removeprefix("network."): torch.from_numpy(np.array(numpy_helper.to_array(item)))
+        for item in graph.initializer
+    }
+    network = SmallDetector(classes)
+    wanted = network.state_dict()
+    known = {name: value for name, value in stored.items() if name in wanted}
+    if not known or wanted.keys() - known.keys():
+        raise ModelError(
+            f"{path} is not a small detector; give one that aerial_gnss_ros.training.small made."
+        )
+    known = {name: value for name, value in known.items() if value.shape == wanted[name].shape}
+    network.load_state_dict(known, strict=False)
+    return network
