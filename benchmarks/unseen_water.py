@@ -4,13 +4,15 @@
 
     python benchmarks/unseen_water.py REAL_WATER -o WORK --rendered FOLDER ... --held-out FOLDER ...
     python benchmarks/unseen_water.py REAL_WATER -o WORK --look MODEL_second_look.onnx
+    python benchmarks/unseen_water.py REAL_WATER -o WORK --model MODEL.onnx --look off
 
 REAL_WATER has a folder for each of `SOURCES`, with images/ and labels.csv, without any robot in
 them: every box is false. Rendered robots are composed onto them (`training.composing`). One source
 after the other is left out of training, and all figures on real water are of the source left out;
 then a network learns from all of them (WORK/second_look.onnx). A stage that is done is kept in
-WORK. With `--look` a network that exists is scored in the same way, and nothing trained. `--start`
-is what to go on from: nanodet.json, whose weights know COCO's photographs
+WORK. With `--look` a network that exists is scored in the same way, and nothing trained; with
+`--look off` a detector (`--model`) alone. What a detector finds is kept, too: each needs a WORK of
+its own. `--start` is what to go on from: nanodet.json, whose weights know COCO's photographs
 (`training.second_look_network_pretrained`), or a second look that has not seen REAL_WATER either
 (the shipped one has).
 `--font` is one with coloured bitmaps, whose pictures are drawn into images (`training.drawings`).
@@ -54,6 +56,7 @@ from aerial_gnss_ros.training.share import Look, Share, strictest_share
 
 FOUND = (0.94, 0.9, 0.85, 0.8)  # shares of the composed robots where false boxes are compared
 ALL = "nothing"  # left out
+OFF = Path("off")  # no second look
 
 
 def _say(words: str) -> None:
@@ -135,6 +138,8 @@ def finished(
     seen: Sequence[Seen], file: Path, share: Share, threads: int, ways: int | None = None
 ) -> list[Any]:
     """Return name, boxes and truth of each image, as the detector with a second look has."""
+    if file == OFF:
+        return [(one.name, one.found, one.truth) for one in seen]
     second = Sharing(file, threads, share)
     if ways is not None:
         second.terms = replace(second.terms, ways=ways)
@@ -149,7 +154,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("real", type=Path, metavar="REAL_WATER")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="WORK")
-    parser.add_argument("--look", type=Path, metavar="FILE")
+    parser.add_argument("--look", type=Path, metavar="FILE|off")
     parser.add_argument("--weight", type=float, help="of the second look; default: chosen")
     parser.add_argument("--shift", type=float, default=0.0, help="of the log odds, with --look")
     parser.add_argument("--ways", type=int, help="other than the network's, to look at boxes in")

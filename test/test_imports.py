@@ -168,7 +168,8 @@ loaded = 0
 for module in pkgutil.walk_packages({NAME}.__path__, "{NAME}."):
     # What of benchmarking/ a command needs is loaded by it; the rest are programs with nodes. A
     # network's class is torch's; who trains one imports it, and says what is missing.
-    networks = tuple("{NAME}.training." + name for name in ("second_look_network", "small_network"))
+    using_torch = ("backbone", "second_look_network", "small_batch", "small_network")
+    networks = tuple("{NAME}.training." + name for name in using_torch)
     left_out = ("{NAME}.nodes", "{NAME}.benchmarking", *networks)
     if not module.name.startswith(left_out):
         importlib.import_module(module.name)

@@ -66,6 +66,7 @@ TESTED_WITH = {
         "simulation/raster simulation/scene simulation/shading simulation/wash"
     ),
     "teaching/test_session.py": "teaching/tracks",
+    "training/test_second_look_network_pretrained.py": "training/backbone",
     "training/test_second_look.py": (
         "training/proposals training/second_look_network training/second_look_network_fit"
     ),

@@ -89,6 +89,30 @@ def load_coco(backbone: Backbone, path: Path) -> None:
         raise ModelError(f"{path} is not NanoDet-g: {error}; give nanodet.json.") from error
 
 
+def sees_colours(backbone: Backbone) -> None:
+    """Let a backbone that expects COCO's scaled levels take red, green, blue from 0 to 1."""
+    stem, mean, deviation = backbone.stem, *_levels()
+    with torch.no_grad():
+        weight = stem.weight / deviation
+        stem.bias.sub_((weight * mean).sum((1, 2, 3)))
+        stem.weight.copy_(weight.flip(1))
+
+
+def sees_scaled_levels(backbone: Backbone) -> None:
+    """Undo `sees_colours`."""
+    stem, mean, deviation = backbone.stem, *_levels()
+    with torch.no_grad():
+        weight = stem.weight.flip(1)
+        stem.bias.add_((weight * mean).sum((1, 2, 3)))
+        stem.weight.copy_(weight * deviation)
+
+
+def _levels() -> tuple[Any, Any]:
+    """Return mean and deviation of blue, green, red, of 1."""
+    mean, deviation = (torch.tensor(one).reshape(1, 3, 1, 1) / 255.0 for one in (MEAN, DEVIATION))
+    return mean, deviation
+
+
 def rectified(x: Any) -> Any:
     """Return values, negative ones at a tenth, as the backbone has learnt."""
     return functional.leaky_relu(x, _SLOPE)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -47,6 +47,14 @@ class Figures:
 def labelled(path: Path, split: str) -> Iterable[LabelledImage]:
     """Return the labelled images of a folder in YOLO's layout, or of a simulated bag."""
     return read_bag(path) if is_bag(path) else read_folder(path, split)
+
+
+def images_of(folders: Iterable[Path]) -> Iterator[LabelledImage]:
+    """Yield the labelled images of folders, of the first split that has any, and of flights."""
+    for folder in folders:
+        splits = ("train", "test", "val")
+        split = next((s for s in splits if any((folder / "images" / s).glob("*"))), "train")
+        yield from labelled(folder, split)
 
 
 def compare(

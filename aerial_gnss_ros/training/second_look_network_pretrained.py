@@ -15,7 +15,16 @@ from torch.nn import functional
 from aerial_gnss_ros.core.values.errors import ModelError
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.select import find_model, second_look_beside
-from aerial_gnss_ros.training.backbone import CHANNELS, DEVIATION, MEAN, Backbone, load_coco
+from aerial_gnss_ros.training.backbone import (
+    CHANNELS,
+    DEVIATION,
+    MEAN,
+    Backbone,
+    load_coco,
+    sees_scaled_levels,
+)
+from aerial_gnss_ros.training.small_network import is_small_detector
+from aerial_gnss_ros.training.small_network import read as read_detector
 
 SIDE = 96
 """Pixels to which views are enlarged: the maps of the last stage have six cells a side."""
@@ -59,7 +68,7 @@ class PretrainedNetwork(nn.Module):  # type: ignore[misc]
 
 
 def start_from(path: Path | None) -> PretrainedNetwork:
-    """Return the network of `from_coco` for a .json file, of `read` for any other.
+    """Return the network of `from_coco` for a .json file, of `read` or `of_detector` for others.
 
     Args:
         path: of the file; None: the shipped second look.
@@ -69,7 +78,21 @@ def start_from(path: Path | None) -> PretrainedNetwork:
     """
     if path is None:
         path = second_look_beside(find_model(DetectorConfig.model))
-    return from_coco(path) if path.suffix == ".json" else read(path)
+    if path.suffix == ".json":
+        return from_coco(path)
+    return of_detector(path) if is_small_detector(path) else read(path)
+
+
+def of_detector(path: Path) -> PretrainedNetwork:
+    """Return the network with the backbone of a small detector, which has learnt robots.
+
+    Raises:
+        ModelError: the file is no small detector.
+    """
+    network = PretrainedNetwork()
+    network.backbone.load_state_dict(read_detector(path, 1).backbone.state_dict())
+    sees_scaled_levels(network.backbone)
+    return network
 
 
 def from_coco(path: Path) -> PretrainedNetwork:

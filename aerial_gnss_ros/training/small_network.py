@@ -20,13 +20,13 @@ from torch import nn
 from torch.nn import functional
 
 from aerial_gnss_ros.core.values.errors import ModelError
+from aerial_gnss_ros.detection.onnx_model import class_names
 from aerial_gnss_ros.training.backbone import (
     CHANNELS,
-    DEVIATION,
-    MEAN,
     Backbone,
     load_coco,
     rectified,
+    sees_colours,
 )
 
 STRIDE = 8  # px of the image for a place of the map
@@ -79,11 +79,7 @@ def from_coco(path: Path, classes: int = 1) -> SmallDetector:
     """
     network = SmallDetector(classes)
     load_coco(network.backbone, path)
-    stem = network.backbone.stem
-    with torch.no_grad():  # it sees red, green, blue from 0 to 1 instead of COCO's scaled levels
-        weight = stem.weight / torch.tensor(DEVIATION).reshape(1, 3, 1, 1)
-        stem.bias.sub_((weight * torch.tensor(MEAN).reshape(1, 3, 1, 1)).sum((1, 2, 3)))
-        stem.weight.copy_(255.0 * weight.flip(1))
+    sees_colours(network.backbone)
     return network
 
 
@@ -138,32 +134,39 @@ def _generous_iou(centres: Any, sizes: Any, true_centres: Any, true_sizes: Any) 
 class _Exported(nn.Module):  # type: ignore[misc]
     """The network with YOLO's output: (1, 4 + classes, places) centre, size, scores."""
 
-    def __init__(self, network: SmallDetector, shift: float) -> None:
+    def __init__(self, network: SmallDetector, scale: float, shift: float) -> None:
         super().__init__()
         self.network = network
-        self.shift = shift
+        self.scale, self.shift = scale, shift
 
     def forward(self, images: Any) -> Any:
         maps = self.network(images)
-        scores = (maps[:, 4:] + self.shift).sigmoid()
+        scores = (self.scale * maps[:, 4:] + self.shift).sigmoid()
         return torch.cat([*boxes(maps), scores], 1).flatten(2)
 
 
-def write(network: SmallDetector, names: Sequence[str], path: Path, shift: float = 0.0) -> None:
+def write(
+    network: SmallDetector,
+    names: Sequence[str],
+    path: Path,
+    scale: float = 1.0,
+    shift: float = 0.0,
+) -> None:
     """Write an .onnx file of the contract that `detection` reads, for any size of image.
 
     Args:
         network: learnt.
         names: of its classes.
         path: of the file, which is overwritten.
-        shift: added to the log odds, so that the default score threshold is the best one.
+        scale: factor of the log odds, and
+        shift: what is added to them then (`score_calibration`).
     """
     import onnx
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about another exporter, which needs another package
         torch.onnx.export(
-            _Exported(network, shift).eval(), torch.zeros((1, 3, 64, 96)), str(path),
+            _Exported(network, scale, shift).eval(), torch.zeros((1, 3, 64, 96)), str(path),
             opset_version=_OPSET, input_names=["images"], output_names=["output0"], dynamo=False,
             dynamic_axes={"images": {2: "height", 3: "width"}, "output0": {2: "boxes"}},
         )  # fmt: skip
@@ -179,7 +182,7 @@ def write(network: SmallDetector, names: Sequence[str], path: Path, shift: float
 
 
 def read(path: Path, classes: int) -> SmallDetector:
-    """Return the network of a file that `write` made, without its shift.
+    """Return the network of a file that `write` made, without its scale and shift.
 
     Args:
         path: of the .onnx file.
@@ -188,24 +191,54 @@ def read(path: Path, classes: int) -> SmallDetector:
     Raises:
         ModelError: the file is no network of this kind.
     """
-    import onnx
-    from onnx import numpy_helper
-
-    try:
-        graph = onnx.load(path).graph
-    except Exception as error:  # protobuf raises its own, which is no part of onnx's interface
-        raise ModelError(f"{path} is not an ONNX model: {error}") from error
-    stored = {
-        item.name.removeprefix("network."): torch.from_numpy(np.array(numpy_helper.to_array(item)))
-        for item in graph.initializer
-    }
+    stored = _stored(path)
     network = SmallDetector(classes)
     wanted = network.state_dict()
     known = {name: value for name, value in stored.items() if name in wanted}
-    if not known or wanted.keys() - known.keys():
+    if wanted.keys() - known.keys():
         raise ModelError(
             f"{path} is not a small detector; give one that aerial_gnss_ros.training.small made."
         )
     known = {name: value for name, value in known.items() if value.shape == wanted[name].shape}
     network.load_state_dict(known, strict=False)
     return network
+
+
+def is_small_detector(path: Path) -> bool:
+    """Return whether an .onnx file has all layers of a small detector.
+
+    Raises:
+        ModelError: it is not an ONNX model.
+    """
+    return bool(SmallDetector().state_dict().keys() <= _stored(path).keys())
+
+
+def names_of(path: Path) -> tuple[str, ...]:
+    """Return the classes of a file that `write` made.
+
+    Raises:
+        ModelError: it is not an ONNX model, or states no classes.
+    """
+    stated = {item.key: item.value for item in _model(path).metadata_props}
+    names = class_names(stated, (), str(path))
+    if names is None:
+        raise ModelError(f"{path} states no classes; give one that training.small made.")
+    return names
+
+
+def _stored(path: Path) -> dict[str, Any]:
+    from onnx import numpy_helper
+
+    return {
+        item.name.removeprefix("network."): torch.from_numpy(np.array(numpy_helper.to_array(item)))
+        for item in _model(path).graph.initializer
+    }
+
+
+def _model(path: Path) -> Any:
+    import onnx
+
+    try:
+        return onnx.load(path)
+    except Exception as error:  # protobuf raises its own, which is no part of onnx's interface
+        raise ModelError(f"{path} is not an ONNX model: {error}") from error

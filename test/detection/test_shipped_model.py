@@ -15,12 +15,15 @@ from aerial_gnss_ros.simulation.staging import Variety
 from aerial_gnss_ros.training.labelled import read_folder
 from aerial_gnss_ros.training.score import score
 
-SECOND_LOOK = "aqua_yolo11n_second_look.onnx"
+SECOND_LOOK = "_second_look.onnx"
+LICENCES = {DetectorConfig().model: "AGPL-3.0", "aqua_small.onnx": "Apache-2.0"}
+MODELS = [*LICENCES, *(name.replace(".onnx", SECOND_LOOK) for name in LICENCES)]
 
 
-def test_it_finds_robots_in_rendered_images_it_has_not_seen(tmp_path):
+@pytest.mark.parametrize("name", LICENCES)
+def test_it_finds_robots_in_rendered_images_it_has_not_seen(tmp_path, name):
     generate(tmp_path / "set", DatasetConfig({"test": 20}, size=(320, 320), seed=2024))
-    detector = load_detector(DetectorConfig(backend="onnxruntime"))
+    detector = load_detector(DetectorConfig(model=name, backend="onnxruntime"))
     assert detector.class_names == ("aqua",)
     result = score(detector, read_folder(tmp_path / "set", "test"))
     assert result.overall.robots >= 10
@@ -29,13 +32,14 @@ def test_it_finds_robots_in_rendered_images_it_has_not_seen(tmp_path):
     assert result.overall.precision > 0.75
 
 
-def test_the_second_look_lies_beside_it_and_makes_fewer_mistakes(tmp_path):
+@pytest.mark.parametrize("name", LICENCES)
+def test_the_second_look_lies_beside_it_and_makes_fewer_mistakes(tmp_path, name):
     generate(
         tmp_path / "set",
         DatasetConfig({"test": 40}, size=(320, 320), seed=2025, variety=Variety(distractors=3.0)),
     )
-    config = DetectorConfig(backend="onnxruntime")
-    assert f"second look {SECOND_LOOK}" in load_detector(config).name
+    config = DetectorConfig(model=name, backend="onnxruntime")
+    assert f"second look {name.replace('.onnx', SECOND_LOOK)}" in load_detector(config).name
     mistakes = []
     for one in (config, replace(config, second_look="off")):
         counts = score(load_detector(one), read_folder(tmp_path / "set", "test")).overall
@@ -44,7 +48,7 @@ def test_the_second_look_lies_beside_it_and_makes_fewer_mistakes(tmp_path):
     assert mistakes[0] <= mistakes[1]
 
 
-@pytest.mark.parametrize("name", [DetectorConfig().model, SECOND_LOOK])
+@pytest.mark.parametrize("name", MODELS)
 def test_old_runtimes_can_read_it_and_it_tells_nothing_of_its_maker_s_machine(name):
     onnx = pytest.importorskip("onnx", reason="onnx reads the model; pip install '.[test]'")
     path = find_model(name)
@@ -56,9 +60,10 @@ def test_old_runtimes_can_read_it_and_it_tells_nothing_of_its_maker_s_machine(na
     assert path.stat().st_size < 15e6
 
 
-def test_it_names_its_class_and_licence():
+@pytest.mark.parametrize("name", LICENCES)
+def test_it_names_its_class_and_licence(name):
     onnx = pytest.importorskip("onnx", reason="onnx reads the model; pip install '.[test]'")
-    model = onnx.load(find_model(DetectorConfig().model))
+    model = onnx.load(find_model(name))
     metadata = {item.key: item.value for item in model.metadata_props}
     assert metadata["names"] == "{0: 'aqua'}"
-    assert "AGPL-3.0" in metadata["license"]
+    assert LICENCES[name] in metadata["license"]

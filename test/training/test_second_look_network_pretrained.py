@@ -109,6 +109,24 @@ def test_it_starts_from_the_weights_of_coco(tmp_path, networks, network):
         torch.testing.assert_close(found[name], value, rtol=1e-3, atol=1e-3)
 
 
+def test_it_begins_with_what_a_small_detector_has_learnt(networks):
+    from aerial_gnss_ros.training.backbone import DEVIATION, MEAN
+    from aerial_gnss_ros.training.small_network import read
+
+    detector = SHIPPED.with_name("aqua_small.onnx")
+    network = networks.start_from(detector)
+    image = torch.rand((1, 3, 64, 64))
+    levels = 255.0 * image.flip(1)  # blue, green, red
+    scaled = (levels - torch.tensor(MEAN).reshape(1, 3, 1, 1)) / torch.tensor(DEVIATION).reshape(
+        1, 3, 1, 1
+    )
+    inner = (slice(None), slice(None), slice(1, None), slice(1, None))  # the border is another
+    torch.testing.assert_close(
+        network.backbone.stem(scaled)[inner], read(detector, 1).backbone.stem(image)[inner],
+        atol=1e-4, rtol=1e-4,
+    )  # fmt: skip
+
+
 def test_another_network_is_refused(tmp_path, networks, network):
     path = stored(network, tmp_path)
     other = json.loads(path.read_text())

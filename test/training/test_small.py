@@ -87,7 +87,8 @@ def test_a_robot_that_does_not_count_or_is_too_small_is_neither_a_robot_nor_none
 
 
 @needs_torch
-def test_the_map_is_1_at_the_centre_and_says_which_box_a_place_belongs_to(torch):
+@pytest.mark.usefixtures("torch")
+def test_the_map_is_1_at_the_centre_and_says_which_box_a_place_belongs_to():
     from aerial_gnss_ros.training.small_batch import Sampler, maps_of
 
     boxes = np.array([[8.0, 16.0, 24.0, 24.0], [40.0, 32.0, 60.0, 60.0]])
