@@ -49,6 +49,13 @@ def _parser() -> argparse.ArgumentParser:
         help="a number and further folders, each counted that many times; may be repeated",
     )  # fmt: skip
     parser.add_argument(
+        "--by", nargs="+", action="append", default=[], metavar="MODEL FOLDER",
+        help=
+                "a detector and folders whose boxes it finds instead: one that was trained like "
+                "the model, but without these folders, errs on them as on new images; may be "
+                "repeated",
+    )  # fmt: skip
+    parser.add_argument(
         "--held-out", type=Path, nargs="+", action="append", required=True,
         help=
                 "held-out images for choosing the weight of the second look and the shift to the "
@@ -113,6 +120,8 @@ def _train(given: argparse.Namespace) -> None:
             f"--least-recall needs a value for each of the {len(given.held_out)} --held-out, got "
             f"{len(given.least_recall)}."
         )
+    if alone := next((one[0] for one in given.by if len(one) < 2), None):
+        raise ConfigError(f"--by {alone} needs folders on which it finds boxes.")
     if not Terms.from_score <= given.to_score <= 1.0:
         raise ConfigError(
             f"--to-score must lie within {Terms.from_score:g} to 1, got {given.to_score:g}."
@@ -122,19 +131,15 @@ def _train(given: argparse.Namespace) -> None:
     if given.device != "cpu" and not torch.cuda.is_available():
         raise ConfigError(f"--device {given.device}: torch finds no GPU here; leave it out.")
     terms = Terms(to_score=given.to_score, ways=given.ways)
-    detector = load_detector(
-        DetectorConfig(
-            model=given.model, backend="onnxruntime", score_threshold=terms.from_score,
-            second_look="off", threads=given.threads,
-        )
-    )  # fmt: skip
+    detector = _detector(given.model, terms, given.threads)
     network = start_from(given.start)
     if given.steps:
-        proposals = joined(
-            part.times(weight)
-            for weight, folders in parts
-            for part in _gathered(detector, folders, terms)
-        )
+        others = [(_detector(name, terms, given.threads), map(Path, on)) for name, *on in given.by]
+        gathered = [
+            *((weight, _gathered(detector, folders, terms)) for weight, folders in parts),
+            *((1.0, _gathered(other, folders, terms)) for other, folders in others),
+        ]
+        proposals = joined(part.times(weight) for weight, some in gathered for part in some)
         sys.stdout.write(
             f"{counted(len(proposals), 'box')}, {int(proposals.is_robot.sum())} on robots\n"
         )
@@ -151,6 +156,16 @@ def _train(given: argparse.Namespace) -> None:
         f"{words} on the held-out images, the second look counting {share.weight:g}; "
         f"{given.output}\n"
     )
+
+
+def _detector(model: str, terms: Terms, threads: int) -> Detector:
+    """Return a detector without a second look, from the score on that is looked at."""
+    return load_detector(
+        DetectorConfig(
+            model=model, backend="onnxruntime", score_threshold=terms.from_score,
+            second_look="off", threads=threads,
+        )
+    )  # fmt: skip
 
 
 def _chosen(groups: list[list[Look]], least_recall: Sequence[float] | None) -> tuple[Share, str]:
@@ -177,7 +192,7 @@ def _tell(step: int, loss: float) -> None:
     sys.stdout.flush()
 
 
-def _gathered(detector: Detector, folders: Sequence[Path], terms: Terms) -> Iterator[Proposals]:
+def _gathered(detector: Detector, folders: Iterable[Path], terms: Terms) -> Iterator[Proposals]:
     for folder in folders:
         found = gather(detector, images_of([folder]), terms)
         sys.stdout.write(f"{folder}: {counted(len(found), 'box')}\n")

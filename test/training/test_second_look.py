@@ -166,6 +166,9 @@ def test_the_command_writes_a_file_or_nothing(tmp_path, capsys, monkeypatch):
     assert SecondLook(further).terms == Terms(to_score=1.0, ways=4)
     chosen = tmp_path / "chosen.onnx"  # for another detector: nothing is learnt
     same = [str(model), "--held-out", str(second), "-o", str(chosen), "--steps", "0"]
+    by = [str(model), str(first), "--by", str(model), str(second), *command[5:7], "--steps", "1"]
+    assert main([*by, "-o", str(tmp_path / "by.onnx"), "--threads", "1"]) == 0
+    assert "12 boxes, 6 on robots" in capsys.readouterr().out
     assert main([*same, "--start", str(further)]) == 0
     assert "the second look counting" in capsys.readouterr().out
     onnx = pytest.importorskip("onnx")
@@ -180,6 +183,8 @@ def test_the_command_writes_a_file_or_nothing(tmp_path, capsys, monkeypatch):
     for wrong, words in (
         (["--times", "two", str(second)], "needs a number"),
         (["--steps", "-1"], "0 or more"),
+        (["--by", str(model)], "needs folders on which it finds boxes"),
+        (["--by", "other.onnx", str(first)], "the model other.onnx does not exist"),
         (["--to-score", "1.5"], "within 0.03 to 1, got 1.5"),
         (["--ways", "9"], "within 1 to 8, got 9"),
         (["--start", str(tmp_path / "missing.json")], "missing.json is not a whole TensorFlow.js"),
