@@ -24,8 +24,9 @@ from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.detection.views import views
 from aerial_gnss_ros.training.clutter import Numbers, write_cluttered
 from aerial_gnss_ros.training.compare import labelled
-from aerial_gnss_ros.training.composing import Composing, photographs_of, write_composed
+from aerial_gnss_ros.training.composing import Composing, write_composed
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth
+from aerial_gnss_ros.training.photographs import photographs_of
 from aerial_gnss_ros.training.proposals import Proposals, gather
 
 COMPOSED = {"northsea_video": 150, "lake_nadir": 125, "lake_shore": 200}

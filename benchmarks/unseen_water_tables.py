@@ -17,8 +17,8 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.images import read_image
 from aerial_gnss_ros.detection.second_look_terms import score_of
 from aerial_gnss_ros.detection.yolo import iou
-from aerial_gnss_ros.training.composing import water_of
 from aerial_gnss_ros.training.labelled import Truth
+from aerial_gnss_ros.training.photographs import water_of
 from aerial_gnss_ros.training.picture_labels import PictureLabels
 from aerial_gnss_ros.training.score import MATCH_IOU, Score
 

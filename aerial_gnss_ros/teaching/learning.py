@@ -30,10 +30,10 @@ from aerial_gnss_ros.teaching.dataset import FOLDER
 from aerial_gnss_ros.teaching.threshold import THRESHOLDS, best_threshold
 from aerial_gnss_ros.text.json_text import parse_json
 from aerial_gnss_ros.text.sentences import counted
-from aerial_gnss_ros.training.composing import photographs_of
 from aerial_gnss_ros.training.cut_paste import Cutout, cut_out
 from aerial_gnss_ros.training.labelled import LabelledImage, Truth, read_labels
 from aerial_gnss_ros.training.layout import open_dataset
+from aerial_gnss_ros.training.photographs import photographs_of
 from aerial_gnss_ros.training.score import Score
 from aerial_gnss_ros.training.share import Share
 from aerial_gnss_ros.training.taught_examples import Examples, Frame, examples_of, varied

@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 import csv
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -15,25 +17,17 @@ from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.training.composing import (
     Composing,
     main,
-    photographs_of,
-    random_part,
-    water_of,
     write_composed,
 )
 from aerial_gnss_ros.training.labelled import read_folder, read_labels
+from aerial_gnss_ros.training.photographs import photographs_of
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from shores import shore
 
 PLAN = Composing(6, side=160, seed=4, occupied=1.0, scales=(0.8, 1.2))
 PLAN = replace(PLAN, variety=replace(PLAN.variety, distractors=0.0, flotsam=0.0))
-
-
-def shore(seed=1, size=(240, 320)):
-    """Water on the left, stones on the right."""
-    rng = np.random.default_rng(seed)
-    image = np.full((*size, 3), (70, 90, 80), np.uint8)
-    image += rng.integers(0, 6, image.shape, dtype=np.uint8)
-    half = size[1] // 2
-    image[:, half:] = rng.integers(0, 255, (size[0], size[1] - half, 3))
-    return image
 
 
 @pytest.fixture
@@ -46,33 +40,6 @@ def photographs(tmp_path):
         "file_name,class,x_px,y_px,width_px,height_px\np0.png,boat,10,20,40,30\np1.png,,,,,\n"
     )
     return folder
-
-
-def test_the_calmest_part_is_water():
-    water = water_of(shore(), 0.4)
-    assert water[:, 180:].sum() == 0
-    assert water[:, :120].mean() > 0.7
-    assert water_of(shore(), 1.0).all()
-
-
-def test_boxes_go_with_their_pixels():
-    """What is labelled stays on the bright spot, however the photograph is turned."""
-    image = np.zeros((240, 320, 3), np.uint8)
-    image[100:141, 180:201] = 255
-    box = np.array([[180.0, 100.0, 200.0, 140.0]])
-    upright = []
-    for seed in range(24):
-        part = random_part(np.random.default_rng(seed), image, box, PLAN)
-        assert part.image.shape == (160, 160, 3)
-        rows, columns = np.nonzero(part.image[..., 0] > 127)
-        if not len(rows):
-            continue
-        left, top, right, bottom = np.clip(part.objects[0], 0, 159)
-        seen = (columns.min(), rows.min(), columns.max(), rows.max())
-        assert seen == pytest.approx((left, top, right, bottom), abs=1.6)
-        upright.append(bottom - top > right - left)
-    assert any(upright)
-    assert not all(upright)
 
 
 def test_robots_are_on_water_and_labelled(tmp_path, photographs):
