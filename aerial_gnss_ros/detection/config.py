@@ -94,10 +94,10 @@ class DetectorConfig:
 
     model: str = key(
         "aqua_yolo11n.onnx",
-        "Path of the model, or the name of one in the package's folder models. The shipped one is "
-        "trained on rendered images, for demonstration and tests: fine-tune it on your own. "
-        "anomaly: no network, but anything whose colour is unlike the water around it, as class "
-        "object.",
+        "Path of the model, or the name of one in the package's folder models: aqua_yolo11n.onnx, "
+        "or aqua_small.onnx, which is under Apache-2.0. They are trained on rendered images, for "
+        "demonstration and tests: fine-tune them on your own. anomaly: no network, but anything "
+        "whose colour is unlike the water around it, as class object.",
     )
     backend: str = key(
         "auto",
