@@ -23,6 +23,7 @@ from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
 from aerial_gnss_ros.core.association.coherence import manoeuvred_pairs, swerves, turns
 from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
 from aerial_gnss_ros.core.association.decision import NO_PAIRS, Association
+from aerial_gnss_ros.core.association.displaced_robots import DisplacedRobots
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.joint_assignment import TUNING as JOINT_ASSIGNMENT
 from aerial_gnss_ros.core.association.joint_assignment import jointly_likeliest
@@ -81,9 +82,15 @@ class Matcher:
         self.threshold = threshold
         self.fresh_s = fresh_s
         self._clutter = Clutter()
+        self._displaced = DisplacedRobots()
         self.scene_mismatch = False
         self._reported = False
         self._agreed = 0
+
+    @property
+    def cluttered(self) -> bool:
+        """Whether robots are missed and boxes are false so often that a new track may be none."""
+        return self._clutter.heavy
 
     def expect_mismatch(self) -> None:
         """Set the scene mismatch that telemetry predicts."""
@@ -140,7 +147,7 @@ class Matcher:
                 tracks, of, to, given, candidates.log_likelihood, kind, stamp_ns
             )
         decided.matched = len(chosen)
-        if self._is_mismatch(tracks, candidates, left, chosen, boxes, decided):
+        if self._is_mismatch(tracks, candidates, left, chosen, boxes, stamp_ns, decided):
             chosen = []
         elif not self._judge_manoeuvres(tracks, candidates, chosen, decided):
             own = self._manoeuvred(tracks, candidates, left) if left else []
@@ -238,6 +245,7 @@ class Matcher:
         left: list[int],
         chosen: list[int],
         boxes: int,
+        stamp_ns: int,
         decided: Association,
     ) -> bool:
         """Return whether an image contradicts most robots, so that none of it is used.
@@ -251,6 +259,7 @@ class Matcher:
             left: left-over pairs of robots and boxes.
             chosen: pairs of updated robots.
             boxes: number of boxes of the image.
+            stamp_ns: of the image, ns.
             decided: receives a sentence for the log.
         """
         in_view: set[int] = set()  # robots at the image's edge may have left it
@@ -265,6 +274,14 @@ class Matcher:
             outside = [k for k in left if candidates.rows[k] in in_view]
             matched += swerves(self._filter, candidates.pairs, outside, chosen, self.threshold)
         mismatch = known > 1 and 2 * matched < known
+        if mismatch and not self.scene_mismatch:
+            others = boxes - len(chosen)
+            passed_s = (stamp_ns - self._clutter.stamp_ns) * 1e-9
+            mismatch = self._displaced.update(
+                self._clutter, len(in_view), matched, others, passed_s
+            )
+        elif matched:
+            self._displaced.reset()
         if known < TUNING.majority_robots and not mismatch:
             # Of few robots, all must be reacquired, in more than one image.
             self._agreed = self._agreed + matched if 0 < matched == known else 0

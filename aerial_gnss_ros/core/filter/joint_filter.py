@@ -31,6 +31,7 @@ from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.text.sentences import counted
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 _NO_ROWS: Indices = np.zeros(0, np.intp)
 
 
@@ -159,10 +160,19 @@ class JointFilter(CameraFaults):
         for group in groups:
             group.predict(seconds, keep, self._stationary, self.motion)
 
-    def correct(self, seen: Measurements, rows: Indices, columns: Indices) -> Indices:
+    def correct(
+        self, seen: Measurements, rows: Indices, columns: Indices, robots: Mask | None = None
+    ) -> Indices:
         """Update robots `rows` with detections `columns`; return the rows that were refused.
 
         Refused are detections that imply a speed above `tracks.max_speed`.
+
+        Args:
+            seen: the image's detections.
+            rows: (m,) of the robots.
+            columns: (m,) their detections.
+            robots: (m,) which of them are robots; others may be clutter, which moves as it likes
+                and is no evidence of the camera or of the noise. None: all.
         """
         view, late = self.trajectory.view, self.restarts.late
         if not len(rows) or view is None:
@@ -172,6 +182,9 @@ class JointFilter(CameraFaults):
         column_of = np.empty(self._count, np.intp)
         column_of.fill(-1)
         column_of[rows] = columns
+        evident = np.ones(self._count, np.bool_)
+        if robots is not None:
+            evident[rows] = robots
         squared, count = 0.0, 0
         judged: list[RobotsInView] = []
         for group in self._groups:
@@ -180,9 +193,11 @@ class JointFilter(CameraFaults):
                 continue
             pixels = seen.pixels[column_of[group.rows[slots]]]
             outcome = self._update(group, slots, pixels, view)
-            squared, count = squared + outcome.squared, count + outcome.count
-            if not late and self.rotation_fault.due:
-                judged.append(self._in_view(group, slots))
+            shown = slots[evident[group.rows[slots]]]
+            fit = outcome.fit_of(shown)
+            squared, count = squared + fit[0], count + fit[1]
+            if not late and self.rotation_fault.due and len(shown):
+                judged.append(self._in_view(group, shown))
             refused.append(group.rows[outcome.refused])
         self.restarts.done()
         if judged:

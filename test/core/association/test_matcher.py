@@ -154,9 +154,8 @@ def test_empty_images_are_images_too():
     assert matcher._clutter.stamp_ns == 5
 
 
-def _image(inside, leaving=()):
+def _image(inside, leaving=(), now=1_000_000_000):
     """Return tracks, pairs and boxes of an image: one box for each track, in its gate or not."""
-    now = 1_000_000_000
     tracks = [
         Track(
             "aqua",
@@ -218,8 +217,9 @@ def test_one_image_may_be_in_error_the_second_is_reported_once():
     joint = _joint(None)
     matcher = Matcher(joint, 9.0, 2.0)
     said = []
-    for inside in ([False] * 3, [False] * 3, [False] * 3, [True] * 3, [False] * 3, [False] * 3):
-        tracks, pairs, seen, now = _image(inside)
+    images = [[False] * 3, [False] * 3, [False] * 3, [True] * 3, [False] * 3, [False] * 3]
+    for k, inside in enumerate(images):
+        tracks, pairs, seen, now = _image(inside, now=1_000_000_000 + 200_000_000 * k)
         joint.compare = lambda *_, pairs=pairs: pairs
         said.append(bool(decided(matcher, tracks, seen, now).sentence))
     assert said == [0, 1, 0, 0, 0, 1]

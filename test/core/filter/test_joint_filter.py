@@ -175,6 +175,20 @@ def test_a_gimbal_that_turns_by_itself_makes_no_robot_fast(sea, turn_deg_s):
     assert {e.state for e in results[-1].estimates} == {State.CONFIRMED}
 
 
+def test_false_boxes_are_seldom_a_camera_that_turns(sea):
+    """One robot dives after the other; for 7 s false boxes are all there is."""
+    robots = {"a": lambda _t: (2.0, 21.0), "b": lambda t: (-3.0 + 0.3 * t, 10.0)}
+    world = sea.World(robots=robots, pixel_sigma=1.0, missed=0.15, clutter=1.5, seed=3)
+    world.hidden = lambda name, t: 0.0 < t - {"a": 15.0, "b": 18.0}[name] < 10.0
+    engine = sea.estimator()
+    results = sea.play(engine, world, 40.0, images=15)
+    spread = np.array([
+        np.trace(one.covariance[:2, :2])
+        for result in results for one in result.estimates if one.state is State.CONFIRMED
+    ])  # fmt: skip
+    assert np.mean(spread > 3.0 * np.median(spread)) < 0.02
+
+
 @pytest.mark.parametrize(("factor", "alarms"), [(1.0, False), (2.0, True)])
 def test_the_monitor_tells_noise_that_is_understated_by_two(sea, factor, alarms):
     world = sea.World(robots=RING, pixel_sigma=2.0 * factor, seed=5)
