@@ -25,7 +25,7 @@ from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.identity.returns import Returns
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
-from aerial_gnss_ros.core.tracker.score_evidence import scores_as_robots
+from aerial_gnss_ros.core.tracker.score_evidence import chance_of_score, scores_as_robots
 from aerial_gnss_ros.core.tracker.size_evidence import TUNING as SIZES
 from aerial_gnss_ros.core.tracker.size_evidence import chance_of_size, expected_specks
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
@@ -272,7 +272,17 @@ class TrackConfirmation:
         least, scale = self.transients.min_score, TRANSIENTS.score_scale
         false += expected_specks(track, self._table.tracks, seen_s, least, scale)
         chance = chance_of_size(track.sizes, track.lasted_s)
+        chance *= chance_of_score(track, self._lasting(track))
         return false < TUNING.expected_false_tracks * chance
+
+    def _lasting(self, but: Track) -> list[Track]:
+        """Return the robots that have lasted longer than foam and glint do."""
+        return [
+            track
+            for track in self._table.tracks
+            if track is not but and track.robot_id
+            and outlasted(_lasted_s(track)) < TUNING.expected_false_tracks
+        ]  # fmt: skip
 
     def _reidentify(self, ready: list[int], stamp_ns: int, height: float) -> Returns:
         """Return which new tracks are which robots out of view."""

@@ -11,7 +11,12 @@ import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.tracker.score_evidence import TUNING, log_odds, scores_as_robots
+from aerial_gnss_ros.core.tracker.score_evidence import (
+    TUNING,
+    chance_of_score,
+    log_odds,
+    scores_as_robots,
+)
 from aerial_gnss_ros.core.values.rejection import Cause
 
 LEAST = 0.7
@@ -91,3 +96,53 @@ def test_swimmers_last_but_are_not_confirmed(sea, seed):
     assert len(later[-1].estimates) == 3
     unstated = sea.play(sea.estimator({"detections.min_score": 0.0}), Bathers(sea, seed), 5.0)
     assert len(unstated[-1].estimates) == 3
+
+
+def scored(score, boxes=20, lasted_s=4.0, class_id="aqua"):
+    """Return a track whose boxes all have one score."""
+    odds = log_odds(score)
+    return Track(
+        class_id, 0, round(lasted_s * 1e9),
+        score_sum=boxes * score, odds_sum=boxes * odds, score_count=boxes,
+    )  # fmt: skip
+
+
+def test_the_chance_of_a_robot_that_scores_lower_than_the_others():
+    """By hand: two known robots at 2.0, a track at 1.0 that lasted 3 s, six independent looks."""
+    high, low = 1.0 / (1.0 + math.exp(-2.0)), 1.0 / (1.0 + math.exp(-1.0))
+    known = [scored(high), scored(high)]
+    sigma = math.sqrt(0.8**2 / 6.0 + 0.5**2 + (0.8**2 + 0.5**2) / 2.0)
+    expected = math.erfc(1.0 / sigma / math.sqrt(2.0))
+    assert chance_of_score(scored(low, 60, 3.0), known) == pytest.approx(expected)
+    assert chance_of_score(scored(0.3), known) == 0.05  # however low
+    assert chance_of_score(scored(high), known) == 1.0
+    assert chance_of_score(scored(0.99), known) == 1.0  # a high score is nothing against it
+
+
+def test_without_robots_of_its_class_nothing_is_held_against_a_low_score():
+    assert chance_of_score(scored(0.4), []) == 1.0
+    assert chance_of_score(scored(0.4), [scored(0.9, class_id="boat")]) == 1.0
+    assert chance_of_score(Track("aqua", 0, 0), [scored(0.9)]) == 1.0
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_what_scores_lower_than_the_robots_must_last_longer(sea, known):
+    """For 2.5 s something is seen whose scores, 0.62 each, are a little low for the robot's."""
+    robots = {"foam": lambda _t: (-3.0, 20.0)}
+    if known:
+        robots["robot"] = lambda _t: (3.0, 22.0)
+    world = sea.World(robots=robots, pixel_sigma=1.0)
+    world.hidden = lambda name, t: name == "foam" and not 10.0 < t < 12.5
+    shown = world.frame
+
+    def frame(t):
+        found = shown(t)
+        found.scores[found.centers[:, 0] < 640.0] = 0.62
+        return found
+
+    world.frame = frame
+    results = sea.play(sea.estimator(), world, 15.0, images=5)
+    names = {one.robot_id for result in results for one in result.estimates}
+    assert names == {"aqua_1"}
+    first = min(result.stamp_ns for result in results if result.estimates)
+    assert (first < sea.stamp(2.0)) is known
