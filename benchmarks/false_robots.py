@@ -10,8 +10,9 @@ second look has not seen: as many of each kind, with their scores, as `unseen_wa
 each source with `--weight 0.5 --shift -0.9` (`SCENES`, `SCORES`; of all that is false at the shore
 the scores are those of boat lifts, and the North Sea's one boat counts as a swimmer). How long a
 thing lasts and how it moves is not in photographs, and is stated here: swimmers swim, boats drift,
-docks stay; foam dissolves (mean of 1 s) and drifts; glint flashes at one place of the image. `foam`
-and `glint` have six times as many boxes as the worst water, all of one kind. Scores of one thing
+docks stay; foam dissolves (mean of 1 s) and drifts; glint flashes at one place of the image. A
+glimpse is a swimmer between waves, seen for 0.5 to 3 s. `foam` and `glint` have six times as many
+boxes as the worst water, all of one kind. Scores of one thing
 are alike: of their variance, a part is the thing's, and the rest changes in 0.3 s
 (`lasting_scores.py`). A false robot is a name whose first position is farther than 2 m from every
 robot.
@@ -49,23 +50,25 @@ SCORES = {
     "robot": (0.33, 0.62, 0.80, 0.85, 0.89, 0.92, 0.95),
     "swimmer": (0.31, 0.33, 0.35, 0.52, 0.64, 0.67, 0.72),
     "boat": (0.33, 0.33, 0.34, 0.44, 0.56, 0.61, 0.65),
+    "glimpse": (0.31, 0.33, 0.35, 0.52, 0.64, 0.67, 0.72),
     "foam": (0.31, 0.32, 0.32, 0.34, 0.38, 0.45, 0.49),
     "glint": (0.33, 0.35, 0.40, 0.43, 0.45, 0.48, 0.49),
     "dock": (0.31, 0.33, 0.34, 0.55, 0.81, 0.85, 0.88),
 }
 """Scores of boxes at `QUANTILES`: robots composed onto the lake, false boxes of each kind."""
-LENGTHS_M = {"swimmer": (0.5, 1.7), "boat": (2.0, 7.0), "dock": (0.4, 10.0), "foam": (0.2, 1.5),
-             "glint": (0.1, 1.0)}  # fmt: skip
-SPEEDS_MPS = {"swimmer": 0.3, "boat": 0.2, "dock": 0.0, "foam": 0.15}
-FOUND = {"robot": 0.9, "swimmer": 0.7, "boat": 0.7, "dock": 0.5, "foam": 0.7}
+LENGTHS_M = {"swimmer": (0.5, 1.7), "glimpse": (0.5, 1.7), "boat": (2.0, 7.0), "dock": (0.4, 10.0),
+             "foam": (0.2, 1.5), "glint": (0.1, 1.0)}  # fmt: skip
+SPEEDS_MPS = {"swimmer": 0.3, "glimpse": 0.3, "boat": 0.2, "dock": 0.0, "foam": 0.15}
+FOUND = {"robot": 0.9, "swimmer": 0.7, "glimpse": 0.7, "boat": 0.7, "dock": 0.5, "foam": 0.7}
 """Share of the images in which a thing has a box."""
-FOAM_S = 1.0
+FOAM_S, GLIMPSE_S = 1.0, (0.5, 3.0)
 OWN_SHARE, CHANGE_S = {"robot": 0.75}, 0.3
 """Of the variance of one thing's scores, what stays (others: 0.3); how fast the rest changes, s."""
 STAYING = 0.5  # share of the glints that are in the next image, too
 SCENES: dict[str, dict[str, float]] = {
     "none": {},
     "North Sea: swimmers, some foam": {"swimmer": 0.25, "foam": 0.06},
+    "swimmers between waves": {"glimpse": 0.25},
     "lake from above: boats, glint": {"boat": 0.12, "glint": 0.12},
     "shore: docks, stones": {"dock": 0.13},
     "foam that lasts for 1 s in the mean": {"foam": 1.86},
@@ -140,6 +143,9 @@ def things(
         if kind == "foam":
             begin = frame.t - rng.random() / RATE_HZ
             end = begin + rng.exponential(FOAM_S)
+        elif kind == "glimpse":
+            begin = frame.t - rng.random() / RATE_HZ
+            end = begin + rng.uniform(*GLIMPSE_S)
         course = rng.uniform(-math.pi, math.pi)
         velocity = SPEEDS_MPS[kind] * np.array([math.cos(course), math.sin(course)])
         low, high = np.log(LENGTHS_M[kind])
