@@ -239,10 +239,9 @@ class TrackConfirmation:
         """Return whether most robots are missed just now, so that short tracks may be of them."""
         known = [
             (stamp_ns - track.last_seen_ns) * 1e-9
-            for track in self._table.tracks
-            if track.robot_id and not track.leaving_view
-            and outlasted(_lasted_s(track)) < TUNING.expected_false_tracks
-        ]  # fmt: skip
+            for track in self._lasting()
+            if not track.leaving_view
+        ]
         recent = [unseen_s for unseen_s in known if unseen_s <= TRANSIENTS.missed_s]
         missed = sum(unseen_s > TRANSIENTS.vanished_s for unseen_s in recent)
         return missed > 0 and 2 * missed >= len(recent)
@@ -272,17 +271,16 @@ class TrackConfirmation:
         least, scale = self.transients.min_score, TRANSIENTS.score_scale
         false += expected_specks(track, self._table.tracks, seen_s, least, scale)
         chance = chance_of_size(track.sizes, track.lasted_s)
-        chance *= chance_of_score(track, self._lasting(track))
+        chance *= chance_of_score(track, self._lasting())
         return false < TUNING.expected_false_tracks * chance
 
-    def _lasting(self, but: Track) -> list[Track]:
+    def _lasting(self) -> list[Track]:
         """Return the robots that have lasted longer than foam and glint do."""
         return [
             track
             for track in self._table.tracks
-            if track is not but and track.robot_id
-            and outlasted(_lasted_s(track)) < TUNING.expected_false_tracks
-        ]  # fmt: skip
+            if track.robot_id and outlasted(_lasted_s(track)) < TUNING.expected_false_tracks
+        ]
 
     def _reidentify(self, ready: list[int], stamp_ns: int, height: float) -> Returns:
         """Return which new tracks are which robots out of view."""
