@@ -4,8 +4,8 @@
 
 A detector misses robots and reports false boxes. Where it does so often, an image without the two
 robots in view, but with a false box, comes every few seconds; where it hardly does, such an image
-shows that all robots have been displaced. By how much the one is likelier than the other,
-successive images add up (Page 1954: a cumulative sum that never falls below zero).
+shows that all robots have been displaced. The log likelihood ratio of the two is added up over
+successive images (Page 1954: a cumulative sum that never falls below zero).
 """
 
 from __future__ import annotations

@@ -169,10 +169,10 @@ class JointFilter(CameraFaults):
 
         Args:
             seen: the image's detections.
-            rows: (m,) of the robots.
+            rows: (m,) of the tracks.
             columns: (m,) their detections.
-            robots: (m,) which of them are robots; others may be clutter, which moves as it likes
-                and is no evidence of the camera or of the noise. None: all.
+            robots: (m,) which tracks are robots. Others may be clutter, which moves as it likes and
+                is no evidence of the camera or of the noise. None: all.
         """
         view, late = self.trajectory.view, self.restarts.late
         if not len(rows) or view is None:
