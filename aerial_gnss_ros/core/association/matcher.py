@@ -23,10 +23,11 @@ from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
 from aerial_gnss_ros.core.association.coherence import manoeuvred_pairs, swerves, turns
 from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
 from aerial_gnss_ros.core.association.decision import NO_PAIRS, Association
-from aerial_gnss_ros.core.association.displaced_robots import DisplacedRobots
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.joint_assignment import TUNING as JOINT_ASSIGNMENT
 from aerial_gnss_ros.core.association.joint_assignment import jointly_likeliest
+from aerial_gnss_ros.core.association.scene_mismatch import TUNING as MISMATCH
+from aerial_gnss_ros.core.association.scene_mismatch import RobotsSeen, SceneMismatch
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
@@ -43,9 +44,6 @@ Indices = NDArray[np.intp]
 class MatcherTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
-    majority_robots: int = 3
-    """Number of robots in view from which a majority must agree with an image; of two, one must.
-    Judged."""
     held_images: int = 3
     """Consecutive images that may miss a robot, however far apart they are. Judged."""
     strained_mean: float = 3.0
@@ -73,8 +71,7 @@ class Matcher:
     Attributes:
         threshold: likewise.
         fresh_s: likewise; longer where images come seldom.
-        scene_mismatch: whether an image contradicted most robots, and they have not been reacquired
-            since; such images are not used.
+        mismatch: whether images contradict most robots; such images are not used.
     """
 
     def __init__(self, joint: JointFilter, threshold: float, fresh_s: float) -> None:
@@ -82,19 +79,12 @@ class Matcher:
         self.threshold = threshold
         self.fresh_s = fresh_s
         self._clutter = Clutter()
-        self._displaced = DisplacedRobots()
-        self.scene_mismatch = False
-        self._reported = False
-        self._agreed = 0
+        self.mismatch = SceneMismatch()
 
     @property
     def cluttered(self) -> bool:
         """Whether robots are missed and boxes are false so often that a new track may be none."""
         return self._clutter.heavy
-
-    def expect_mismatch(self) -> None:
-        """Set the scene mismatch that telemetry predicts."""
-        self.scene_mismatch, self._agreed = True, 0
 
     def gate(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> CandidatePairs | None:
         """Return the candidate pairs of an image, None without tracks or boxes."""
@@ -147,7 +137,11 @@ class Matcher:
                 tracks, of, to, given, candidates.log_likelihood, kind, stamp_ns
             )
         decided.matched = len(chosen)
-        if self._is_mismatch(tracks, candidates, left, chosen, boxes, stamp_ns, decided):
+        shown = self._robots_seen(tracks, candidates, left, chosen, boxes)
+        passed_s = (stamp_ns - self._clutter.stamp_ns) * 1e-9
+        contradicts = self.mismatch.update(self._clutter, shown, passed_s)
+        decided.sentence = self.mismatch.sentence
+        if contradicts:
             chosen = []
         elif not self._judge_manoeuvres(tracks, candidates, chosen, decided):
             own = self._manoeuvred(tracks, candidates, left) if left else []
@@ -159,7 +153,7 @@ class Matcher:
         if NEW in kind:
             chosen = chosen + _new(candidates, chosen, decided)
         robots = kind.count(ROBOT)
-        if not self.scene_mismatch:
+        if not self.mismatch.active:
             missed = robots - len(decided.claimed)
             self._clutter.update(stamp_ns, robots, missed, boxes - len(chosen))
         decided.rows, decided.columns = (
@@ -221,7 +215,8 @@ class Matcher:
             if ratios[row] > TUNING.strained_mean:
                 manoeuvring.append(row)
         common = (
-            len(ratios) >= TUNING.majority_robots and median(ratios.values()) > TUNING.common_median
+            len(ratios) >= MISMATCH.majority_robots
+            and median(ratios.values()) > TUNING.common_median
         )
         if common and turns(self._filter, tracks, list(ratios)):
             return True
@@ -238,20 +233,15 @@ class Matcher:
             self._filter, tracks, candidates, left, self.threshold, self._clutter.heavy
         )
 
-    def _is_mismatch(
+    def _robots_seen(
         self,
         tracks: list[Track],
         candidates: CandidatePairs,
         left: list[int],
         chosen: list[int],
         boxes: int,
-        stamp_ns: int,
-        decided: Association,
-    ) -> bool:
-        """Return whether an image contradicts most robots, so that none of it is used.
-
-        A rotating compass or a jump displaces robots' boxes onto other robots: the few that fall
-        into a gate do so by chance.
+    ) -> RobotsSeen:
+        """Return what an image shows of the robots; what may have manoeuvred counts as matched.
 
         Args:
             tracks: all of them.
@@ -259,44 +249,18 @@ class Matcher:
             left: left-over pairs of robots and boxes.
             chosen: pairs of updated robots.
             boxes: number of boxes of the image.
-            stamp_ns: of the image, ns.
-            decided: receives a sentence for the log.
         """
         in_view: set[int] = set()  # robots at the image's edge may have left it
         for row, kind in enumerate(candidates.kind):
             if kind is ROBOT and not tracks[row].leaving_view:
                 in_view.add(row)
-        matched = 0
-        for k in chosen:
-            matched += candidates.rows[k] in in_view
-        known = min(len(in_view), boxes - len(chosen) + matched)
-        if known > 1 and 2 * matched < known and not self.scene_mismatch:
-            outside = [k for k in left if candidates.rows[k] in in_view]
-            matched += swerves(self._filter, candidates.pairs, outside, chosen, self.threshold)
-        mismatch = known > 1 and 2 * matched < known
-        if mismatch and not self.scene_mismatch:
-            others = boxes - len(chosen)
-            passed_s = (stamp_ns - self._clutter.stamp_ns) * 1e-9
-            mismatch = self._displaced.update(
-                self._clutter, len(in_view), matched, others, passed_s
-            )
-        elif matched:
-            self._displaced.reset()
-        if known < TUNING.majority_robots and not mismatch:
-            # Of few robots, all must be reacquired, in more than one image.
-            self._agreed = self._agreed + matched if 0 < matched == known else 0
-            self.scene_mismatch = self.scene_mismatch and self._agreed < TUNING.majority_robots
-            return False
-        self._agreed = 0
-        if mismatch and self.scene_mismatch and not self._reported:  # one image may be in error
-            self._reported = True
-            decided.sentence = (
-                f"{known - matched} of {known} boxes are not where robots are expected: the "
-                "compass, the gimbal or the fix may be wrong; such images update no robot."
-            )
-        self.scene_mismatch = mismatch
-        self._reported &= mismatch
-        return mismatch
+        matched = sum(candidates.rows[k] in in_view for k in chosen)
+        seen = RobotsSeen(len(in_view), matched, boxes - len(chosen))
+        if not seen.contradicts or self.mismatch.active:
+            return seen
+        outside = [k for k in left if candidates.rows[k] in in_view]
+        turned = swerves(self._filter, candidates.pairs, outside, chosen, self.threshold)
+        return RobotsSeen(seen.in_view, matched + turned, seen.unclaimed - turned)
 
 
 def _new(candidates: CandidatePairs, chosen: list[int], decided: Association) -> list[int]:

@@ -51,7 +51,7 @@ class Labelling:
             stamp_ns: of the image, ns.
         """
         ready, gone = self._confirmation.ready(stamp_ns), set[int]()
-        if ready or self._matcher.scene_mismatch:
+        if ready or self._matcher.mismatch.active:
             gone |= self._confirm(ready, boxes, height, local, stamp_ns)
         for row, track in enumerate(self._table.tracks):
             if track.rejected and not track.robot_id and not track.previous_label:
@@ -62,7 +62,7 @@ class Labelling:
         self, ready: list[int], boxes: int, height: float, local: LocalMap, stamp_ns: int
     ) -> set[int]:
         """Label tracks; return the rows that they replace (see `update`)."""
-        mismatch = self._matcher.scene_mismatch
+        mismatch = self._matcher.mismatch.active
         if mismatch:
             regrouped = self._recovery.regroup(ready)
             if regrouped is not None:
@@ -76,7 +76,8 @@ class Labelling:
             return set()
         if mismatch and back:
             self._table.give_up_unverified()
-        self._matcher.scene_mismatch = False
+        if mismatch:
+            self._matcher.mismatch.end()
         replaced = self._confirmation.confirm(ready, stamp_ns, height, local, back)
         self._account.confirm(self._table.tracks)
         return replaced

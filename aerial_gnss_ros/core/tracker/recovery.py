@@ -51,7 +51,7 @@ class Recovery:
         self.fork: Fork | None = None
         self._lost_ns: int | None = None
         self._lost_labels: set[str] = set()
-        self._matcher.scene_mismatch = False
+        self._matcher.mismatch.end()
 
     def rename(self, names: Mapping[str, str]) -> None:
         """Give robots other labels: new ones by old ones; others stay."""
@@ -98,7 +98,8 @@ class Recovery:
         if self.fork is not None:
             fork, self.fork = self.fork, self.fork.again()
             self._table.restore(fork)
-            self._matcher.scene_mismatch, self._lost_ns = False, None
+            self._matcher.mismatch.end()
+            self._lost_ns = None
 
     def update(self, rows: Indices, refused: int, stamp_ns: int, passed: float) -> None:
         """Update with whether robots explain an image; one or two are no evidence against a camera.
@@ -110,10 +111,10 @@ class Recovery:
             passed: time since the last one, s.
         """
         tracks, joint = self._table.tracks, self._table.filter
-        if not (self._matcher.scene_mismatch or refused or self.fork) and self._lost_ns is None:
+        if not (self._matcher.mismatch.active or refused or self.fork) and self._lost_ns is None:
             return
         named = [tracks[row] for row in rows.tolist() if tracks[row].robot_id]
-        lost = self._matcher.scene_mismatch or (refused and refused >= len(named))
+        lost = self._matcher.mismatch.active or (refused and refused >= len(named))
         if lost and self._lost_ns is None:
             self._lost_ns = stamp_ns
             self._lost_labels = {
@@ -162,7 +163,7 @@ class Recovery:
             return None
         found, formation = matched
         joint = self._table.filter
-        self._matcher.scene_mismatch = False
+        self._matcher.mismatch.end()
         joint.update_ambiguity(0.0, over=not formation.moved)
         if not formation.moved:
             self._table.give_up_unverified()

@@ -126,7 +126,7 @@ class Tracker:
             unused = points.valid
             return TrackUpdate(self._estimates(stamp_ns)[0], {}, unused, np.zeros_like(unused))
         if joint.orientation_jumped:
-            self._matcher.expect_mismatch()
+            self._matcher.mismatch.expect()
         return self._track(frame, seen, points.sizes, local, passed, returned)
 
     def _track(
@@ -149,18 +149,18 @@ class Tracker:
             returned: whether the fork was restored.
         """
         boxes, stamp_ns = frame.detections, frame.detections.stamp_ns
-        mismatch = self._matcher.scene_mismatch
+        mismatch = self._matcher.mismatch.active
         rows, columns = self._image_update.assign(seen, stamp_ns)
-        if self._matcher.scene_mismatch and self._recovery.explains(seen, stamp_ns):
+        if self._matcher.mismatch.active and self._recovery.explains(seen, stamp_ns):
             self._go_back()
             returned = True
             rows, columns = self._image_update.assign(seen, stamp_ns)
         measured, refused = self._image_update.correct(seen, boxes, rows, columns, passed)
-        if mismatch and not self._matcher.scene_mismatch:
+        if mismatch and not self._matcher.mismatch.active:
             self._recovery.reject_unlabelled(stamp_ns)
         self._account.note(self.table.tracks, measured, boxes, sizes)
         masks = box_masks(seen, measured, refused, len(boxes.class_ids))
-        unexplained = returned or self._matcher.scene_mismatch or not len(seen.index)
+        unexplained = returned or self._matcher.mismatch.active or not len(seen.index)
         self._image_evidence.label(self.table.tracks, measured, frame, unexplained)
         gone = self._labelling.update(len(seen.index), frame.pose.height, local, stamp_ns)
         tracks = self.table.tracks
@@ -301,5 +301,5 @@ class Tracker:
 
     def _end(self, tracks: list[Track]) -> None:
         """Decide on the pending boxes of tracks that end."""
-        rule, mismatch = self._confirmation.rule, self._matcher.scene_mismatch
+        rule, mismatch = self._confirmation.rule, self._matcher.mismatch.active
         self._account.end(tracks, rule.hits, len(rule.images), mismatch)

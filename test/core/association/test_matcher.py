@@ -201,7 +201,7 @@ def test_images_are_believed_again_when_robots_are_where_they_should_be(images, 
         joint.compare = lambda *_, pairs=pairs: pairs
         found = decided(matcher, tracks, seen, now)
         assert found.rows.tolist() == found.claimed
-    assert matcher.scene_mismatch is confused
+    assert matcher.mismatch.active is confused
 
 
 def test_robots_that_left_the_picture_are_not_missing():
@@ -210,7 +210,7 @@ def test_robots_that_left_the_picture_are_not_missing():
     matcher = Matcher(joint, 9.0, 2.0)
     found = decided(matcher, tracks, seen, now)
     assert (found.rows.tolist(), found.sentence) == ([0], "")
-    assert not matcher.scene_mismatch
+    assert not matcher.mismatch.active
 
 
 def test_one_image_may_be_in_error_the_second_is_reported_once():
@@ -234,7 +234,7 @@ def test_the_box_of_a_robot_that_leaves_is_no_other_robots():
     joint.compare = lambda *_: pairs
     matcher = Matcher(joint, 9.0, 2.0)
     decided(matcher, tracks, seen, now)
-    assert not matcher.scene_mismatch
+    assert not matcher.mismatch.active
 
 
 def test_what_is_decided_changes_no_track():
@@ -271,7 +271,7 @@ def test_robots_that_manoeuvre_all_at_once_are_no_mismatch(speed, log_odds, mism
     joint.turned_by = lambda *_: log_odds
     matcher = Matcher(joint, 9.0, 2.0)
     decided(matcher, tracks, seen, now)
-    assert matcher.scene_mismatch is mismatch
+    assert matcher.mismatch.active is mismatch
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from aerial_gnss_ros.core.association.scene_mismatch import SceneMismatch
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.tracker.labelling import Labelling
 
@@ -16,7 +17,8 @@ def labelling(*tracks, ready=(), lasting=(), mismatch=False, regrouped=None, bac
     """Return what labels tracks, the matcher, and a record of what it does."""
     done = []
     table = SimpleNamespace(tracks=list(tracks), give_up_unverified=lambda: done.append("given up"))
-    matcher = SimpleNamespace(scene_mismatch=mismatch)
+    matcher = SimpleNamespace(mismatch=SceneMismatch())
+    matcher.mismatch.active = mismatch
 
     def confirm(rows, *_, known):
         done.append((rows, known))
@@ -39,7 +41,7 @@ def test_without_a_mismatch_tracks_with_enough_hits_are_labelled_at_once():
     made, matcher, done = labelling(ready=[3], back=False)
     assert made.update(1, 30.0, None, 0) == {7}
     assert done == ["restored", ([3], True), "counted"]
-    assert not matcher.scene_mismatch
+    assert not matcher.mismatch.active
     made, _, done = labelling()
     assert made.update(1, 30.0, None, 0) == set()
     assert done == []
@@ -57,13 +59,13 @@ def test_during_a_mismatch_robots_that_are_back_are_labelled_and_others_once_the
     assert made.update(1, 30.0, None, 0) == {7}
     first = [([3], True)] if back else [([4], False)]
     assert done == ["restored", *["given up"] * back, *first, "counted"]
-    assert not matcher.scene_mismatch
+    assert not matcher.mismatch.active
 
 
 def test_a_mismatch_lasts_until_a_track_has_lasted():
     made, matcher, done = labelling(ready=[3], mismatch=True)
     assert made.update(1, 30.0, None, 0) == set()
-    assert (done, matcher.scene_mismatch) == (["restored"], True)
+    assert (done, matcher.mismatch.active) == (["restored"], True)
 
 
 def test_rejected_tracks_end_unless_they_have_or_had_a_label():

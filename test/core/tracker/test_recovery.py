@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.association.scene_mismatch import SceneMismatch
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.tracker.fork import TUNING as FORK
@@ -33,7 +34,7 @@ def recovery(*tracks, began=False, returned=False):
         tracks=list(tracks), filter=joint, give_up_unverified=lambda: reported.append("given up"),
         restore=lambda _: reported.append("restored"),
     )  # fmt: skip
-    matcher = SimpleNamespace(scene_mismatch=False, threshold=9.0)
+    matcher = SimpleNamespace(mismatch=SceneMismatch(), threshold=9.0)
     return Recovery(table, matcher, 9.0), matcher, reported
 
 
@@ -46,11 +47,11 @@ def test_lost_robots_are_reported_with_the_time_until_they_are_back():
     every = np.array([0])
     found.update(every, 0, SECOND, 0.1)
     assert reported == []
-    matcher.scene_mismatch = True
+    matcher.mismatch.active = True
     found.update(every[:0], 0, 2 * SECOND, 0.1)
     found.update(every[:0], 0, 3 * SECOND, 0.2)
     assert reported == [(0.1, False), (0.2, False)]
-    matcher.scene_mismatch = False
+    matcher.mismatch.active = False
     found.update(every, 0, 4 * SECOND, 0.1)
     assert reported[2:] == [(0.0, True), "given up"]
     found.update(every, 0, 5 * SECOND, 0.1)
@@ -108,10 +109,10 @@ def test_robots_found_again_soon_after_they_were_lost_are_old_ones(label, found_
         robot("aqua_1", last_ns=lost_ns - TRACK.recent_ns + 1),
         robot("aqua_2", last_ns=lost_ns - TRACK.recent_ns),
     )
-    matcher.scene_mismatch = True
+    matcher.mismatch.active = True
     found.update(np.zeros(0, np.intp), 0, lost_ns, 0.1)
     found._table.tracks.append(robot(label, first_ns=lost_ns + 1))
-    matcher.scene_mismatch = False
+    matcher.mismatch.active = False
     found.update(np.array([2]), 0, lost_ns + found_after_ns, 0.1)
     assert reported[1] == (0.0, over)
 
