@@ -19,6 +19,7 @@ ONE = np.array([0])
         ((0.6, 0.3), 0.3, np.nan, True),  # until its velocity is known
         ((0.6, 0.3), 1.1, np.nan, False),  # the camera left them: nobody will surface
         ((0.6, 0.3), 1.1, 20.0, True),  # the other one may surface
+        ((0.6, 0.3), 4.9, 20.0, True),  # 4 s, and 5 % of the 20 s that it was unseen
         ((0.6, 0.3), 5.1, 20.0, False),  # not any more
         ((0.6, 0.01), 1.1, 20.0, False),  # there is no other one
         ((0.97, 0.02), 0.1, 20.0, False),
