@@ -117,6 +117,20 @@ def test_robots_found_again_soon_after_they_were_lost_are_old_ones(label, found_
     assert reported[1] == (0.0, over)
 
 
+@pytest.mark.parametrize(("labels", "over"), [(("new",), False), (("aqua_1", "new"), False),
+                                              (("aqua_1", "aqua_2", "new"), True)])  # fmt: skip
+def test_it_is_over_when_most_robots_in_view_are_old_ones(labels, over):
+    found, matcher, reported = recovery(robot("aqua_1", last_ns=SECOND), robot("aqua_2"))
+    for track in found._table.tracks:
+        track.last_seen_ns = SECOND
+    matcher.mismatch.active = True
+    found.update(np.zeros(0, np.intp), 0, SECOND, 0.1)
+    found._table.tracks += [robot(one, first_ns=SECOND + 1) for one in labels]
+    matcher.mismatch.active = False
+    found.update(np.arange(2, 2 + len(labels)), 0, SECOND + 2, 0.1)
+    assert reported[1] == (0.0, over)
+
+
 def test_a_fork_ends_after_a_second_without_contradictions_in_a_row():
     found, _, _ = recovery(robot())
     every = np.array([0])
