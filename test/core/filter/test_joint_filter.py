@@ -54,6 +54,24 @@ def test_an_orbit_tells_the_compass_from_the_robots(sea):
     assert 0.02 < max(sigmas) < 0.3
 
 
+def test_of_pairs_together_each_is_as_uncertain_as_alone(sea, monkeypatch):
+    alone, checked = JointFilter.compare, []
+
+    def compare(self, seen, *rest):
+        found = alone(self, seen, *rest)
+        count = len(found.rows)
+        together = self.compare_jointly(seen, found).reshape(count, 2, count, 2)
+        every = np.arange(count)
+        np.testing.assert_allclose(together[every, :, every], found.spread, rtol=1e-9)
+        checked.append(count)
+        return found
+
+    monkeypatch.setattr(JointFilter, "compare", compare)
+    world = sea.World(robots=RING, rpy_bias_deg=(0.3, 0.3, 3.0), pixel_sigma=1.0, **ORBIT)
+    sea.play(sea.estimator(RTK), world, 2.0)
+    assert max(checked) > len(RING)
+
+
 def test_boxes_that_counted_too_much_are_made_good_once(sea):
     """When noise proves nine times larger, all but the prior is a ninth as well known."""
     world = sea.World(

@@ -21,9 +21,9 @@ DOWN = matrix_from_rpy(0.0, 0.5 * math.pi, 0.0)
 MIDDLE = np.array([640.0, 360.0])
 
 
-def views(*east):
-    """Return cameras that look down from so far east, m."""
-    positions = np.array([[one, 0.0, HEIGHT_M] for one in east])
+def views(*east, north=0.0):
+    """Return cameras that look down from so far east and north, m."""
+    positions = np.array([[one, north, HEIGHT_M] for one in east])
     return Views(positions, np.broadcast_to(DOWN @ FLU_FROM_OPTICAL, (len(east), 3, 3)))
 
 
@@ -81,3 +81,13 @@ def test_an_error_that_lasts_shows_places_elsewhere_once_the_camera_moves(sea):
         sizes.append(None if told is None else float(told[1][0]))
     along = 2.0 + (0.1 * 0.4 * METRE_PX) ** 2
     assert sizes[1:] == pytest.approx([math.log(2.0 * along), math.log(4.0)], rel=1e-3)
+
+
+def test_an_error_on_both_axes_of_the_image_is_one(sea):
+    """As above, but flying north-east: of variances of 2 and 2 a^2 + 2, whichever way it flew."""
+    model = SimpleNamespace(white=np.zeros(6), pixel=1.0, nominal=np.diag([0.0] * 5 + [0.01, 0.0]))
+    found = Reappearance(model, MotionModel(0.0, 0.0))
+    found.update(sea.camera, MIDDLE[None], STEP_S, views(0.0))
+    _, size = found.update(sea.camera, MIDDLE[None], STEP_S, views(0.4, north=0.4))
+    across = 2.0 + 2.0 * (0.1 * 0.4 * METRE_PX) ** 2
+    assert size[0] == pytest.approx(math.log(2.0 * across), rel=1e-3)
