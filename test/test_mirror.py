@@ -61,6 +61,7 @@ TESTED_WITH = {
     "simulation/blender/test_shot.py": "simulation/blender/hexapod simulation/blender/props",
     "simulation/test_afloat.py": "simulation/props simulation/scenario",
     "simulation/test_bag.py": "simulation/imaging",
+    "simulation/test_dataset.py": "simulation/fast_samples simulation/sample_source",
     "simulation/test_flotsam.py": "simulation/filling simulation/staging",
     "simulation/test_renderer.py": (
         "simulation/raster simulation/scene simulation/shading simulation/wash"

@@ -12,8 +12,8 @@ import cv2
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.errors import OutputError
 from aerial_gnss_ros.detection.base import Image
+from aerial_gnss_ros.detection.drawn_boxes import with_boxes
 from aerial_gnss_ros.detection.images import write_jpeg
-from aerial_gnss_ros.evaluation.boxes import with_boxes
 
 if TYPE_CHECKING:
     from typing_extensions import Self

@@ -31,9 +31,9 @@ from aerial_gnss_ros.core.config.schema import flatten
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame, empty_detections
 from aerial_gnss_ros.core.values.errors import ConfigError, RosError
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
+from aerial_gnss_ros.detection.drawn_boxes import boxes_jpeg
 from aerial_gnss_ros.detection.images import decode
 from aerial_gnss_ros.detection.select import load_detector
-from aerial_gnss_ros.evaluation.boxes import boxes_jpeg
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, distances, summarise
 from aerial_gnss_ros.evaluation.platform import read_platform
 from aerial_gnss_ros.evaluation.receiver import read_fixes, relative

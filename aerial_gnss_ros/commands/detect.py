@@ -28,7 +28,7 @@ from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.detection.base import Detections, Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
-from aerial_gnss_ros.detection.search import FULL, ROI, TILES
+from aerial_gnss_ros.detection.search_config import FULL, ROI, TILES
 from aerial_gnss_ros.detection.select import load_detector
 from aerial_gnss_ros.nodes.schemas import DETECTOR
 from aerial_gnss_ros.text.sentences import counted

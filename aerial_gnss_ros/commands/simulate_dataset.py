@@ -16,7 +16,8 @@ from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.simulation.dataset import generate
-from aerial_gnss_ros.simulation.samples import RENDERERS, DatasetConfig
+from aerial_gnss_ros.simulation.sample_source import RENDERERS
+from aerial_gnss_ros.simulation.samples import DatasetConfig
 from aerial_gnss_ros.simulation.staging import Variety
 
 COUNT = 1000

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.detection.base import Detections, Image, within_image
 from aerial_gnss_ros.detection.config import DetectorConfig
-from aerial_gnss_ros.detection.search import FULL
+from aerial_gnss_ros.detection.search_config import FULL
 
 ANOMALY = "anomaly"
 """The model's name."""

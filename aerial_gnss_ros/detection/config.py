@@ -10,7 +10,7 @@ from typing import Any
 
 from aerial_gnss_ros.core.config.schema import build, group, key
 from aerial_gnss_ros.detection.image_header import HIGHEST_MAX_PIXELS, MAX_PIXELS
-from aerial_gnss_ros.detection.search import SearchConfig
+from aerial_gnss_ros.detection.search_config import SearchConfig
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.detection.letterbox import Letterbox
 from aerial_gnss_ros.detection.network import Network, NetworkDetector
 from aerial_gnss_ros.detection.onnx_model import InputSize, check_file, input_size
-from aerial_gnss_ros.detection.search import ROI
+from aerial_gnss_ros.detection.search_config import ROI
 from aerial_gnss_ros.resources import install_hint
 
 _WORDS = {"f32": "32 bits", "bf16": "bfloat16"}

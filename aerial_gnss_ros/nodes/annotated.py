@@ -13,7 +13,7 @@ from rclpy.publisher import Publisher
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.detection.base import Detections, Image
 from aerial_gnss_ros.detection.config import AnnotatedConfig
-from aerial_gnss_ros.evaluation.boxes import boxes_jpeg
+from aerial_gnss_ros.detection.drawn_boxes import boxes_jpeg
 from aerial_gnss_ros.nodes.ros_messages import message
 
 ANNOTATED_TYPE = "sensor_msgs/msg/CompressedImage"

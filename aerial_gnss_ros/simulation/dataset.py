@@ -16,7 +16,8 @@ from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
 from aerial_gnss_ros.detection.images import write_jpeg
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.robot_models import robot_model
-from aerial_gnss_ros.simulation.samples import DatasetConfig, labelled, sample_source
+from aerial_gnss_ros.simulation.sample_source import sample_source
+from aerial_gnss_ros.simulation.samples import DatasetConfig, labelled
 from aerial_gnss_ros.simulation.workers import shared
 
 SCENE_IMAGES = 5

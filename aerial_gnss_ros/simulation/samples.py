@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Labelled images of random scenes: their specification, and the fast renderer as a source."""
+"""Labelled images of random scenes: what to render, and what a renderer gives."""
 
 from __future__ import annotations
 
@@ -10,12 +10,8 @@ from typing import Protocol
 
 import numpy as np
 
-from aerial_gnss_ros.core.values.errors import ConfigError
-from aerial_gnss_ros.simulation.filling import Stage, random_stage
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.planes import U8
-from aerial_gnss_ros.simulation.renderer import Renderer
-from aerial_gnss_ros.simulation.scene import random_scene, with_wind
 from aerial_gnss_ros.simulation.staging import Variety
 from aerial_gnss_ros.simulation.view import Window
 
@@ -23,9 +19,6 @@ from aerial_gnss_ros.simulation.view import Window
 LEAST_CONTRAST = 0.05
 LEAST_LONG_PX = 10.0
 LEAST_VISIBLE_CROP = 0.4
-RENDERERS = ("fast", "blender")
-_MOVING = 0.3  # share of scenes with motion blur
-_MOTION_PX = 2.0
 
 
 @dataclass(frozen=True)
@@ -43,7 +36,7 @@ class DatasetConfig:
             listed in meta.csv with `labelled` 0.
         variety: Ranges of view, robots and other things. Light, sea, blur and exposure vary as
             `scene.random_scene` draws them.
-        renderer: One of `RENDERERS`.
+        renderer: See `sample_source`.
         ranges: Name of the Blender renderer's ranges (blender/ranges.py); the fast one has none.
         samples: Paths per pixel and layer in Blender, before denoising.
     """
@@ -87,23 +80,6 @@ class SampleSource(Protocol):
         """
 
 
-def sample_source(config: DatasetConfig) -> SampleSource:
-    """Return the renderer that `config` names.
-
-    Raises:
-        ConfigError: no renderer of that name, or its extra is not installed.
-    """
-    if config.renderer == "fast":
-        return FastSource(config)
-    if config.renderer == "blender":
-        from aerial_gnss_ros.simulation.blender.samples import BlenderSource
-
-        return BlenderSource(config)
-    raise ConfigError(
-        f"there is no renderer {config.renderer!r}; choose one of {', '.join(RENDERERS)}."
-    )
-
-
 def labelled(label: RobotLabel) -> bool:
     """Return whether a robot gets a box to train on."""
     return (
@@ -111,47 +87,6 @@ def labelled(label: RobotLabel) -> bool:
         and label.visible >= LEAST_VISIBLE_CROP
         and label.long_px >= LEAST_LONG_PX
     )
-
-
-class FastSource:
-    """Images of the simulation's own renderer (renderer.py)."""
-
-    def __init__(self, config: DatasetConfig) -> None:
-        self._config = config
-
-    def samples(self, rng: np.random.Generator, count: int) -> Iterator[Sample]:
-        """Yield `count` images of one random scene."""
-        scene = random_scene(rng)
-        if rng.random() < _MOVING:
-            motion = rng.normal(0.0, _MOTION_PX, 2)
-            scene = replace(scene, motion_px=(float(motion[0]), float(motion[1])))
-        config = self._config
-        scene = with_wind(rng, scene, config.variety.wind_mps)
-        renderer = Renderer(scene)
-        for _ in range(count):
-            stage = random_stage(rng, config.size, config.occupied, config.image, config.variety)
-            image, labels = self._picture(renderer, stage, float(rng.uniform(0.0, 600.0)))
-            about = {
-                "height_m": round(stage.height, 3),
-                "tilt_deg": round(float(np.degrees(stage.tilt)), 2),
-                "wind_mps": round(scene.wind_speed, 2),
-                "sun_elevation_deg": round(float(np.degrees(scene.sun_elevation)), 1),
-                "sun_light": round(scene.sun_light, 3),
-            }
-            yield Sample(image, [moved(label, stage.window) for label in labels], about)
-
-    def _picture(self, renderer: Renderer, stage: Stage, t_s: float) -> tuple[U8, list[RobotLabel]]:
-        """The rendered stage; with `prune`, without the robots that cannot be labelled."""
-        robots = stage.robots
-        for _ in range(4):
-            image, labels = renderer.render(
-                stage.camera, stage.pose, t_s, robots, stage.props, stage.window
-            )
-            good = {label.robot_id for label in labels if labelled(label)}
-            if not self._config.prune or len(good) == len(robots):
-                break
-            robots = [robot for robot in robots if robot.robot_id in good]
-        return image, labels
 
 
 def moved(label: RobotLabel, window: Window) -> RobotLabel:

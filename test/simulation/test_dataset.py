@@ -61,10 +61,17 @@ def test_label_files_repeat_meta_in_yolo_convention(tmp_path: Path) -> None:
         assert float(row["long_px"]) >= 10.0
 
 
-@pytest.mark.parametrize("config", [DatasetConfig({"train": -1}), DatasetConfig({}, (320, 2000))])
+@pytest.mark.parametrize(
+    "config",
+    [
+        DatasetConfig({"train": -1}),
+        DatasetConfig({}, (320, 2000)),
+        DatasetConfig({"train": 1}, renderer="oils"),
+    ],
+)
 def test_what_cannot_be_made_is_refused(tmp_path: Path, config: DatasetConfig) -> None:
     """The message has the value seen."""
-    with pytest.raises(ConfigError, match=r"-1|2000"):
+    with pytest.raises(ConfigError, match=r"-1|2000|oils"):
         generate(tmp_path / "set", config)
 
 

@@ -13,7 +13,8 @@ import pytest
 
 from aerial_gnss_ros.core.values.errors import ConfigError, OutputError
 from aerial_gnss_ros.simulation.blender import samples
-from aerial_gnss_ros.simulation.samples import DatasetConfig, Sample, sample_source
+from aerial_gnss_ros.simulation.sample_source import sample_source
+from aerial_gnss_ros.simulation.samples import DatasetConfig, Sample
 
 # Stands in for the worker: dies at its first order (or at every one), then answers.
 STAND_IN = """

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
-from aerial_gnss_ros.evaluation.boxes import boxes_jpeg
+from aerial_gnss_ros.detection.drawn_boxes import boxes_jpeg
 
 
 def test_a_box_is_drawn_round_its_middle_with_its_class_and_score():
