@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.outcome import Outcome
+from aerial_gnss_ros.core.filter.predicted_pixels import Linear, linearise
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import Linear, Outcome, linearise
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.platform_model import COUNT

@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.outcome import Outcome
+from aerial_gnss_ros.core.filter.predicted_pixels import Linear, linearise
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import Linear, Outcome, linearise
 from aerial_gnss_ros.core.fleet.shared_state import SharedState, white_on_water
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose

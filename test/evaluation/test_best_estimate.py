@@ -13,7 +13,7 @@ import pytest
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.filter.linearization import CameraView
-from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.fleet.receivers import joint_prior
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.filter.correlation_times import CorrelationTimes
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.moored_mixture import MooredMixture
+from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.state import JointState
-from aerial_gnss_ros.core.filter.update import Outcome
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 

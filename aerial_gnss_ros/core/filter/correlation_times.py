@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.state import JointState, copy_robot
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import Outcome, correct
+from aerial_gnss_ros.core.filter.update import correct
 from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel

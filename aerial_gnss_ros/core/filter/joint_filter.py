@@ -20,10 +20,12 @@ from aerial_gnss_ros.core.filter.innovation import (
     pair_innovations,
 )
 from aerial_gnss_ros.core.filter.linearization import CameraView, by_platform, relinearize
+from aerial_gnss_ros.core.filter.outcome import Outcome
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.filter.recalibration import CalibrationChange, recalibrate
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import Outcome, correct, linearise
+from aerial_gnss_ros.core.filter.update import correct
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY

@@ -29,10 +29,11 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.casting_off import CastingOff
 from aerial_gnss_ros.core.filter.linearization import CameraView
-from aerial_gnss_ros.core.filter.moored_law import MooredLaw, likely_still, most_alike
+from aerial_gnss_ros.core.filter.moored_candidates import likely_still, most_alike
+from aerial_gnss_ros.core.filter.moored_law import MooredLaw
+from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import Outcome
 from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel

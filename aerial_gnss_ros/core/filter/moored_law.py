@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.linearization import CameraView
+from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.state import JointState, copy_robot, inverse_of_errors
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import Outcome, correct
+from aerial_gnss_ros.core.filter.update import correct
 from aerial_gnss_ros.core.models.motion_model import MotionModel, MotionOf
 from aerial_gnss_ros.core.models.platform_model import COUNT, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
@@ -152,11 +153,11 @@ class MooredLaw(JointState):
 
     def odds(self, slots: list[int]) -> Array:
         """Return the log odds (m,) that robots go with the current, to any other velocity, nats."""
-        v, c = _velocities(slots), _velocity(self.current)
+        v, c = velocities_of(slots), _velocity(self.current)
         P = self.covariance
         cross = P[v[:, :, None], c]
         spread = P[v[:, :, None], v[:, None]] + P[np.ix_(c, c)] - cross - cross.swapaxes(1, 2)
-        return _odds(self.mean[v] - self.mean[c], spread)
+        return velocity_odds(self.mean[v] - self.mean[c], spread)
 
     def known_current(self) -> tuple[Array, Array]:
         """Return the current (2,) and its covariance (2, 2), m/s, m²/s²."""
@@ -186,7 +187,7 @@ class MooredLaw(JointState):
 
     def still_odds(self) -> float:
         """Return the log odds that the current is zero, to any other one, nats."""
-        return float(_odds(*self.known_current()))
+        return float(velocity_odds(*self.known_current()))
 
     def _difference(self, one: Indices, other: Indices) -> Array:
         rows: Array = self.covariance[one] - self.covariance[other]
@@ -341,13 +342,13 @@ def _velocity(slot: int) -> Indices:
     return places
 
 
-def _velocities(slots: list[int]) -> Indices:
+def velocities_of(slots: list[int]) -> Indices:
     """Return where in the state robots' velocities are (m, 2)."""
     places: Indices = COUNT + 4 * np.array(slots, np.intp)[:, None] + np.array([2, 3])
     return places
 
 
-def _odds(value: Array, covariance: Array) -> Array:
+def velocity_odds(value: Array, covariance: Array) -> Array:
     """Return the log odds (…) that values (…, 2) are zero, to any of a current's sigma, nats.
 
     The Savage-Dickey ratio: of the densities at zero.
@@ -355,39 +356,3 @@ def _odds(value: Array, covariance: Array) -> Array:
     squared, size = mahalanobis(value, covariance + TUNING.apart_mps**2 * np.eye(2))
     odds: Array = 2.0 * math.log(TUNING.current_mps) - 0.5 * (size + squared)
     return odds
-
-
-def likely_still(base: JointState, slots: list[int], least: float) -> list[int]:
-    """Return the robots that are likelier to stay than to swim.
-
-    Args:
-        base: all robots.
-        slots: those that are asked for.
-        least: log odds from which one does, nats.
-    """
-    v = _velocities(slots)
-    odds = _odds(base.mean[v], base.covariance[v[:, :, None], v[:, None]])
-    return [slot for slot, one in zip(slots, odds.tolist(), strict=True) if one > least]
-
-
-def most_alike(base: JointState, slots: list[int], least: float) -> int:
-    """Return the robot with which most others seem to drift, -1: no two seem to.
-
-    Args:
-        base: all robots.
-        slots: those that are asked for.
-        least: log odds from which two drift alike, nats.
-    """
-    if len(slots) < 2:
-        return -1
-    v = _velocities(slots)
-    all_ = base.covariance[v[:, None, :, None], v[None, :, None]]
-    every = np.arange(len(slots))
-    own = all_[every, every]
-    spread = own[:, None] + own - all_ - all_.swapaxes(2, 3)
-    odds = _odds(base.mean[v][:, None] - base.mean[v], spread)
-    odds[every, every] = -np.inf
-    scores = np.where(odds > least, odds, 0.0).sum(axis=1)
-    # Of two robots that are each other's best, rounding would choose: hence the first one.
-    best = int(np.argmax(scores > scores.max() - 1e-6))
-    return slots[best] if scores[best] > 0.0 else -1

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.moored import MooredHypothesis
 from aerial_gnss_ros.core.filter.moored_law import MooredLaw
+from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.recalibration import CalibrationChange, likelier, recalibrate
 from aerial_gnss_ros.core.filter.state import JointState
-from aerial_gnss_ros.core.filter.update import Outcome
 from aerial_gnss_ros.core.models.evidence import UNCLEAR
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel

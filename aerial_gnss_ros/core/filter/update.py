@@ -8,7 +8,7 @@ Predictions are exact; where derivatives by the platform's errors are taken is d
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,13 @@ from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf
 
 from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
+from aerial_gnss_ros.core.filter.outcome import Outcome
+from aerial_gnss_ros.core.filter.predicted_pixels import Linear, linearise
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
-from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
-from aerial_gnss_ros.core.models.measurement_model import POSE_COUNT, pose_jacobian
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
-from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 Array = NDArray[np.float64]
 
@@ -47,122 +46,6 @@ TUNING = UpdateTuning()
 
 Some = Indices | slice
 """Index of some robots of a joint state."""
-
-
-@dataclass(frozen=True)
-class Linear:
-    """Linearised measurement of m robots' pixels.
-
-    Attributes:
-        pixels: (m, 2) predicted.
-        by_place: (m, 2, 2) derivative by the robots' East, North, px/m.
-        by_platform: (m, 2, 7) by the platform's errors.
-        by_pose: (m, 2, 6) by the pose's white noise.
-        seen: (m,) False if the camera model has no pixel for the robot.
-    """
-
-    pixels: Array
-    by_place: Array
-    by_platform: Array
-    by_pose: Array
-    seen: NDArray[np.bool_]
-
-
-_NOTHING = Linear(
-    np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros((0, 2, COUNT)), np.zeros((0, 2, POSE_COUNT)),
-    np.zeros(0, np.bool_),
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Fit of an image.
-
-    Attributes:
-        squared: normalised squared innovation of the whole image.
-        count: its degrees of freedom.
-        refused: slots of robots whose boxes were refused because they imply an impossible speed.
-        log_likelihood: of the image, nats, up to a constant per degree of freedom.
-        slots: of the updated robots.
-        residual: (m, 2) of their boxes, px.
-        spread: (2 m, 2 m) covariance of that, px².
-        linear: the linearisation of these boxes that was used.
-        white: (2 m,) the residual at the final estimate, less the change that is expected, in units
-            of `spread`'s root; the state was corrected by the gain times this.
-    """
-
-    squared: float
-    count: int
-    refused: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
-    log_likelihood: float = 0.0
-    slots: Indices = field(default_factory=lambda: np.zeros(0, np.intp))
-    residual: Array = field(default_factory=lambda: np.zeros((0, 2)))
-    spread: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    linear: Linear = _NOTHING
-    white: Array = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def by_place(self) -> Array:
-        """(m, 2, 2) derivative of the pixels by the robots' East, North, px/m."""
-        return self.linear.by_place
-
-    def fit_of(self, slots: Indices) -> tuple[float, int]:
-        """Return the normalised squared innovation of some robots, and its degrees of freedom."""
-        wanted = {*slots.tolist()}
-        among = np.array([slot in wanted for slot in self.slots.tolist()], np.bool_)
-        if among.all():
-            return self.squared, self.count
-        rows = np.repeat(among, 2)
-        residual = self.residual.ravel()[rows]
-        spread = self.spread[np.ix_(rows, rows)]
-        return float(residual @ np.linalg.solve(spread, residual)), len(residual)
-
-    def normalised(self) -> Array:
-        """Return each robot's own residual by its own covariance, (m, 2)."""
-        m = len(self.slots)
-        east = np.arange(0, 2 * m, 2)
-        a = np.sqrt(self.spread[east, east])
-        b = self.spread[east + 1, east] / a
-        d = np.sqrt(self.spread[east + 1, east + 1] - b * b)
-        white = np.empty((m, 2))
-        white[:, 0] = self.residual[:, 0] / a
-        white[:, 1] = (self.residual[:, 1] - b * white[:, 0]) / d
-        return white
-
-    def given_others(self) -> tuple[Array, Array]:
-        """Return each robot's residual (m, 2) given all others, and its covariance (m, 2, 2).
-
-        What the boxes of an image have in common, such as a camera that shakes, cancels.
-        """
-        m = len(self.slots)
-        every = np.arange(m)
-        precision = np.asarray(np.linalg.inv(self.spread), dtype=np.float64)
-        own = inverse(precision.reshape(m, 2, m, 2)[every, :, every])
-        told = (precision @ self.residual.ravel()).reshape(m, 2, 1)
-        return (own @ told)[:, :, 0], own
-
-
-def linearise(
-    sight: CameraView, errors: Array, positions: Array, by_pose: Array | None = None
-) -> Linear:
-    """Return predicted pixels and all derivatives at an estimate.
-
-    Args:
-        sight: the camera.
-        errors: (7,) estimate of the platform's errors.
-        positions: (m, 2) estimate of the robots' East, North, m.
-        by_pose: (m, 2, 6) `pose_jacobian` to be used; None: at the estimate itself.
-    """
-    pose = sight.pose(errors)
-    offsets = on_water_surface(positions) - pose.position
-    optical = pose.rotation @ FLU_FROM_OPTICAL
-    pixels, by_point, seen = sight.camera.project_with_jacobian(offsets @ optical)
-    by_place = (by_point @ optical.T)[:, :, :2]
-    seen = seen & (offsets[:, 2] < 0.0)
-    if by_pose is None:
-        by_pose = pose_jacobian(offsets)
-    by_pose = -by_place @ by_pose
-    return Linear(pixels, by_place, by_pose @ sight.by_errors, by_pose, seen)
 
 
 def correct(

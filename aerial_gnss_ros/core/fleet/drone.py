@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.linearization import CameraView
-from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.fleet.agreement import Agreement
 from aerial_gnss_ros.core.fleet.fault import Fault
 from aerial_gnss_ros.core.fleet.sighting import Sighting

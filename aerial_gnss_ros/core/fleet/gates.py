@@ -14,8 +14,8 @@ from aerial_gnss_ros.core.association.matcher import TUNING as MATCHER
 from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.filter.innovation import pair_innovations
 from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.filter.state import JointState
-from aerial_gnss_ros.core.filter.update import linearise
 from aerial_gnss_ros.core.fleet.robots import FleetRobot
 from aerial_gnss_ros.core.fleet.shared_state import SharedState, white_on_water
 from aerial_gnss_ros.core.fleet.sighting import Sighting

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.blocks import TUNING as BLOCKS
 from aerial_gnss_ros.core.filter.linearization import CameraView
-from aerial_gnss_ros.core.filter.update import Outcome
+from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.fault_trial import Trial
 from aerial_gnss_ros.core.fleet.gates import TUNING as GATES

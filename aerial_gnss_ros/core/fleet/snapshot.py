@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.linearization import CameraView
-from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.shared_state import white_on_water
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL

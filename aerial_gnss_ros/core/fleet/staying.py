@@ -20,7 +20,7 @@ from aerial_gnss_ros.core.filter.moored_law import TUNING as LAW
 from aerial_gnss_ros.core.filter.moored_law import MooredLaw
 from aerial_gnss_ros.core.filter.moored_mixture import TUNING as MIXTURE
 from aerial_gnss_ros.core.filter.moored_mixture import MooredGroup
-from aerial_gnss_ros.core.filter.update import Outcome
+from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
 from aerial_gnss_ros.core.fleet.staying_law import StayingLaw
 from aerial_gnss_ros.core.models.motion_model import MotionModel

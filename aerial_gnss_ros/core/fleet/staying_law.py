@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.moored_law import CURRENT, TUNING, MooredLaw, given_errors
+from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.state import JointState, inverse_of_errors
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import Outcome
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
 from aerial_gnss_ros.core.models.platform_model import COUNT, PlatformModel
 

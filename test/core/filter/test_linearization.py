@@ -17,8 +17,9 @@ from aerial_gnss_ros.core.filter.linearization import (
     by_platform,
     relinearize,
 )
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.filter.state import JointState
-from aerial_gnss_ros.core.filter.update import correct, linearise
+from aerial_gnss_ros.core.filter.update import correct
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.measurement_model import state_jacobian

@@ -4,33 +4,21 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.filter.moored_law import (
-    CURRENT,
-    TUNING,
-    MooredLaw,
-    likely_still,
-    most_alike,
-)
-from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.moored_law import CURRENT, TUNING, MooredLaw
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+from swimming_robots import swimming
+
 MOTION = MotionModel(0.05, 1.0)
-KNOWN = 0.02**2
-
-
-def swimming(*velocities):
-    """Return a law of robots 10 m apart, whose velocities are known to 2 cm/s."""
-    base = JointState(0.01 * np.eye(COUNT))
-    n = len(velocities)
-    state = np.zeros((n, 4))
-    state[:, 0], state[:, 2:] = 10.0 * np.arange(n), velocities
-    own = np.tile(np.diag([0.01, 0.01, KNOWN, KNOWN]), (n, 1, 1))
-    base.append(np.arange(n), state, np.zeros((n, 4, COUNT)), own)
-    return base
 
 
 def moored(*velocities, adrift=True):
@@ -39,31 +27,6 @@ def moored(*velocities, adrift=True):
     for slot in range(len(velocities)):
         law.moor(slot)
     return law
-
-
-def test_rounding_does_not_choose_between_two_that_drift_alike():
-    base, rng = swimming((0.2, 0.0), (0.5, -0.4), (0.21, 0.0)), np.random.default_rng(0)
-    for _ in range(30):
-        base.covariance += 1e-12 * rng.standard_normal(base.covariance.shape)
-        assert most_alike(base, [0, 1, 2], 1.0) == 0
-
-
-def test_robots_alike_go_together_and_one_that_swims_does_not():
-    base = swimming((0.21, 0.0), (0.5, -0.4), (0.2, 0.01), (0.19, 0.0))
-    first = most_alike(base, [0, 1, 2, 3], 1.0)
-    assert first in (0, 2, 3)
-    law = MooredLaw.of(base, adrift=True)
-    law.moor(first)
-    for slot in {0, 2, 3} - {first}:
-        assert law.odds([slot])[0] > 3.0
-    assert law.odds([1])[0] < -10.0
-    assert most_alike(swimming((0.5, 0.0)), [0], 1.0) == -1
-
-
-def test_those_that_stay_are_distinguished_from_those_that_swim():
-    base = swimming((0.01, 0.0), (0.5, -0.4), (0.0, -0.02))
-    assert likely_still(base, [0, 1, 2], 1.0) == [0, 2]
-    assert likely_still(base, [1, 2], 1.0) == [2]
 
 
 def test_what_drifts_is_carried_by_the_current_and_is_not_moored():

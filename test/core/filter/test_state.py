@@ -12,8 +12,9 @@ import pytest
 from scipy.linalg import block_diag, expm
 
 from aerial_gnss_ros.core.config.noise import Noise
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.filter.state import JointState
-from aerial_gnss_ros.core.filter.update import correct, linearise
+from aerial_gnss_ros.core.filter.update import correct
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, PlatformModel

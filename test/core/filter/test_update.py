@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import TUNING as UPDATE
-from aerial_gnss_ros.core.filter.update import correct, linearise
+from aerial_gnss_ros.core.filter.update import correct
 from aerial_gnss_ros.core.models.platform_model import LATENCY
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -44,19 +45,6 @@ def test_correction_is_that_of_the_textbook():
     assert outcome.count == 4
     assert outcome.squared == pytest.approx(residual @ np.linalg.inv(S) @ residual)
     np.testing.assert_array_equal(joint.unseen[slots], 0.0)
-
-
-def test_the_fit_of_some_robots_is_that_of_an_update_by_them_alone():
-    whole, alone = crowd(), crowd()
-    slots = np.array([2, 0, 1])
-    pixels = linearise(sight(), whole.mean[:7], whole.robots[slots, :2]).pixels
-    pixels = pixels + np.array([[1.5, -2.0], [0.5, 1.0], [-1.0, 0.3]])
-    outcome = correct(whole, slots, pixels, sight(), MODEL)
-    expected = correct(alone, slots[:2], pixels[:2], sight(), MODEL)
-    squared, count = outcome.fit_of(np.array([0, 2]))
-    assert (squared, count) == (pytest.approx(expected.squared), 4)
-    assert outcome.fit_of(slots) == (outcome.squared, 6)
-    assert outcome.fit_of(np.zeros(0, int)) == (0.0, 0)
 
 
 def test_an_outlier_pulls_no_more_than_at_the_edge_of_what_is_good():

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.fleet.shared_state import SharedState, white_on_water
 
 sys.path.insert(0, str(Path(__file__).parent))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.filter.moored_law import TUNING
-from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
 from aerial_gnss_ros.core.fleet.staying_law import StayingLaw
 

@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.filter.linearization import CameraView
-from aerial_gnss_ros.core.filter.update import linearise
+from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap, geodetic_from_enu, on_water_surface
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
