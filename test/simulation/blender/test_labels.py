@@ -14,7 +14,7 @@ pytest.importorskip("bpy", reason="bpy (the extra [blender], Python 3.11 only) i
 
 from aerial_gnss_ros.simulation.blender import studio
 from aerial_gnss_ros.simulation.blender.masks import SEEN, box_of, coverage
-from aerial_gnss_ros.simulation.blender.picture import Order, take
+from aerial_gnss_ros.simulation.blender.picture import Order, render_sample
 from aerial_gnss_ros.simulation.blender.ranges import RANGES
 from aerial_gnss_ros.simulation.blender.shot import random_shot
 from aerial_gnss_ros.simulation.blender.tracing import Tracer, box
@@ -45,8 +45,8 @@ def test_boxes_are_those_of_the_rendered_mask(name: str, depth, tmp_path: Path) 
 def test_one_order_gives_one_picture(tmp_path: Path) -> None:
     """The same bytes again, and labels in the picture."""
     config = DatasetConfig({}, (64, 48), occupied=1.0, renderer="blender", samples=1)
-    one = take(Order((5, 6), config), tmp_path)
-    two = take(Order((5, 6), config), tmp_path)
+    one = render_sample(Order((5, 6), config), tmp_path)
+    two = render_sample(Order((5, 6), config), tmp_path)
     assert one.image.shape == (48, 64, 3)
     assert (one.image == two.image).all()
     assert one.labels == two.labels
