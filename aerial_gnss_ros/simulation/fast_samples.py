@@ -10,10 +10,17 @@ from dataclasses import replace
 import numpy as np
 
 from aerial_gnss_ros.simulation.filling import Stage, random_stage
+from aerial_gnss_ros.simulation.hexapod import RobotState
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.planes import U8
 from aerial_gnss_ros.simulation.renderer import Renderer
-from aerial_gnss_ros.simulation.samples import DatasetConfig, Sample, labelled, moved
+from aerial_gnss_ros.simulation.samples import (
+    DatasetConfig,
+    Sample,
+    moved,
+    only_labelled,
+    view_data,
+)
 from aerial_gnss_ros.simulation.scene import random_scene, with_wind
 
 _MOVING = 0.3  # share of scenes with motion blur
@@ -38,24 +45,15 @@ class FastSource:
         for _ in range(count):
             stage = random_stage(rng, config.size, config.occupied, config.image, config.variety)
             image, labels = self._picture(renderer, stage, float(rng.uniform(0.0, 600.0)))
-            about = {
-                "height_m": round(stage.height, 3),
-                "tilt_deg": round(float(np.degrees(stage.tilt)), 2),
-                "wind_mps": round(scene.wind_speed, 2),
-                "sun_elevation_deg": round(float(np.degrees(scene.sun_elevation)), 1),
-                "sun_light": round(scene.sun_light, 3),
-            }
+            about = view_data(scene, stage.height, stage.tilt)
             yield Sample(image, [moved(label, stage.window) for label in labels], about)
 
     def _picture(self, renderer: Renderer, stage: Stage, t_s: float) -> tuple[U8, list[RobotLabel]]:
         """The rendered stage; with `prune`, without the robots that cannot be labelled."""
-        robots = stage.robots
-        for _ in range(4):
-            image, labels = renderer.render(
-                stage.camera, stage.pose, t_s, robots, stage.props, stage.window
-            )
-            good = {label.robot_id for label in labels if labelled(label)}
-            if not self._config.prune or len(good) == len(robots):
-                break
-            robots = [robot for robot in robots if robot.robot_id in good]
-        return image, labels
+
+        def render(robots: list[RobotState]) -> tuple[U8, list[RobotLabel]]:
+            return renderer.render(stage.camera, stage.pose, t_s, robots, stage.props, stage.window)
+
+        if self._config.prune:
+            return only_labelled(render, stage.robots)
+        return render(stage.robots)

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from aerial_gnss_ros.core.values.errors import ConfigError
-from aerial_gnss_ros.simulation.blender.samples import BlenderSource
 from aerial_gnss_ros.simulation.fast_samples import FastSource
 from aerial_gnss_ros.simulation.samples import DatasetConfig, SampleSource
 
@@ -21,6 +20,8 @@ def sample_source(config: DatasetConfig) -> SampleSource:
     if config.renderer == "fast":
         return FastSource(config)
     if config.renderer == "blender":
+        from aerial_gnss_ros.simulation.blender.samples import BlenderSource
+
         return BlenderSource(config)
     raise ConfigError(
         f"there is no renderer {config.renderer!r}; choose one of {', '.join(RENDERERS)}."

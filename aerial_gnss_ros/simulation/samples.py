@@ -4,14 +4,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 
+from aerial_gnss_ros.simulation.hexapod import RobotState
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.planes import U8
+from aerial_gnss_ros.simulation.scene import Scene
 from aerial_gnss_ros.simulation.staging import Variety
 from aerial_gnss_ros.simulation.view import Window
 
@@ -19,6 +21,7 @@ from aerial_gnss_ros.simulation.view import Window
 LEAST_CONTRAST = 0.05
 LEAST_LONG_PX = 10.0
 LEAST_VISIBLE_CROP = 0.4
+_MOST_RENDERINGS = 4  # of one image, without the robots that cannot be labelled
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,41 @@ def labelled(label: RobotLabel) -> bool:
         and label.visible >= LEAST_VISIBLE_CROP
         and label.long_px >= LEAST_LONG_PX
     )
+
+
+def only_labelled(
+    render: Callable[[list[RobotState]], tuple[U8, list[RobotLabel]]], robots: list[RobotState]
+) -> tuple[U8, list[RobotLabel]]:
+    """Return an image without the robots that cannot be labelled, and the labels of the others.
+
+    Args:
+        render: returns the image of some robots, and their labels.
+        robots: to begin with.
+    """
+    for _ in range(_MOST_RENDERINGS):
+        image, labels = render(robots)
+        good = {label.robot_id for label in labels if labelled(label)}
+        if len(good) == len(robots):
+            break
+        robots = [robot for robot in robots if robot.robot_id in good]
+    return image, labels
+
+
+def view_data(scene: Scene, height_m: float, tilt_rad: float) -> dict[str, float]:
+    """Return `Sample.about` of an image.
+
+    Args:
+        scene: light and sea.
+        height_m: of the camera above the water, m.
+        tilt_rad: of the camera from straight down, rad.
+    """
+    return {
+        "height_m": round(height_m, 3),
+        "tilt_deg": round(float(np.degrees(tilt_rad)), 2),
+        "wind_mps": round(scene.wind_speed, 2),
+        "sun_elevation_deg": round(float(np.degrees(scene.sun_elevation)), 1),
+        "sun_light": round(scene.sun_light, 3),
+    }
 
 
 def moved(label: RobotLabel, window: Window) -> RobotLabel:

@@ -32,7 +32,7 @@ from aerial_gnss_ros.simulation.hexapod import RobotState
 from aerial_gnss_ros.simulation.labels import RobotLabel
 from aerial_gnss_ros.simulation.over_photograph import PhotographRenderer
 from aerial_gnss_ros.simulation.robot_models import robot_model
-from aerial_gnss_ros.simulation.samples import labelled, moved
+from aerial_gnss_ros.simulation.samples import labelled, moved, only_labelled, view_data
 from aerial_gnss_ros.simulation.scene import random_scene
 from aerial_gnss_ros.simulation.staging import Variety
 from aerial_gnss_ros.simulation.view import project_points
@@ -112,23 +112,15 @@ def compose(rng: np.random.Generator, part: Photograph, plan: Composing) -> Comp
     softness = float(rng.uniform(*_SOFTNESS_PX))
     brightness = float(np.exp(rng.normal(0.0, 0.25)))
     t_s = float(rng.uniform(0.0, 600.0))
-    image, labels = part.image, list[RobotLabel]()
-    for _ in range(4):  # robots that cannot be labelled are left out, as the simulation does
-        image, labels = renderer.draw_into(
+
+    def render(robots: list[RobotState]) -> tuple[Image, list[RobotLabel]]:
+        return renderer.draw_into(
             part.image, stage.camera, stage.pose, t_s, robots, stage.props, window=stage.window,
             softness_px=softness, brightness=brightness,
         )  # fmt: skip
-        good = {label.robot_id for label in labels if labelled(label)}
-        if len(good) == len(robots):
-            break
-        robots = [robot for robot in robots if robot.robot_id in good]
-    about = {
-        "height_m": round(stage.height, 3),
-        "tilt_deg": round(float(np.degrees(stage.tilt)), 2),
-        "wind_mps": round(scene.wind_speed, 2),
-        "sun_elevation_deg": round(float(np.degrees(scene.sun_elevation)), 1),
-        "sun_light": round(scene.sun_light, 3),
-    }
+
+    image, labels = only_labelled(render, robots)
+    about = view_data(scene, stage.height, stage.tilt)
     return Composed(image, [moved(label, stage.window) for label in labels], about)
 
 

@@ -53,7 +53,7 @@ class RobotsSeen:
 
 
 class SceneMismatch:
-    """Of the images up to now.
+    """Whether images contradict most robots, followed from one image to the next.
 
     Attributes:
         active: whether an image contradicted most robots, and they have not been reacquired since.

@@ -16,7 +16,7 @@ from aerial_gnss_ros.simulation.blender.tracing import Outline, Tracer, box, in_
 from aerial_gnss_ros.simulation.develop import Developer
 from aerial_gnss_ros.simulation.labels import RobotLabel, turned_size
 from aerial_gnss_ros.simulation.planes import U8
-from aerial_gnss_ros.simulation.samples import DatasetConfig, Sample, labelled
+from aerial_gnss_ros.simulation.samples import DatasetConfig, Sample, labelled, view_data
 from aerial_gnss_ros.simulation.view import Window, project_points
 
 PAD_PX = 6
@@ -62,13 +62,7 @@ def render_sample(order: Order, folder: Path) -> Sample:
         picture = camera.expose()
         labels = [label for label in labels if label.robot_id in good]
     image = camera.developer.finish(picture, int(rng.integers(2**31)))
-    about = {
-        "height_m": round(shot.view.height, 3),
-        "tilt_deg": round(float(np.degrees(shot.view.tilt)), 2),
-        "wind_mps": round(shot.scene.wind_speed, 2),
-        "sun_elevation_deg": round(float(np.degrees(shot.scene.sun_elevation)), 1),
-        "sun_light": round(shot.scene.sun_light, 3),
-    }
+    about = view_data(shot.scene, shot.view.height, shot.view.tilt)
     return Sample(image, labels, about)
 
 
