@@ -37,7 +37,7 @@ from unseen_water_tables import QUANTILES
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.values.estimates import FrameResult
+from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.core.values.rejection import Reason
 from aerial_gnss_ros.simulation.chance import generator
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, Frame
@@ -82,7 +82,7 @@ STATED: dict[str, dict[str, object]] = {
     "length and score": {"classes.aqua.length_m": [0.4, 0.9], "tracks.confirm_score": 0.65},
 }
 HEADS = ["clutter", "stated", "false boxes an image", "not `wrong_size`", "false robots a minute",
-         "robots found", "until confirmed, s"]  # fmt: skip
+         "these coasting, an image", "robots found", "until confirmed, s"]  # fmt: skip
 
 
 def score(kind: str, level: Array | float) -> Array:
@@ -273,6 +273,7 @@ class Figures:
         boxes: false ones.
         refused: those that were refused as `wrong_size`.
         false: names that are no robots.
+        coasting: how often one was published in an image that did not show it.
         found, robots: robots with a name, and all.
         waits: from a robot's first box to its name, s.
     """
@@ -281,6 +282,7 @@ class Figures:
     boxes: int = 0
     refused: int = 0
     false: int = 0
+    coasting: int = 0
     found: int = 0
     robots: int = 0
     waits: list[float] | None = None
@@ -291,7 +293,8 @@ class Figures:
         return [
             words, stated, f"{self.boxes / self.images:.2f}",
             f"{(self.boxes - self.refused) / self.images:.2f}",
-            f"{self.false / minutes:.2f}", f"{self.found} of {self.robots}",
+            f"{self.false / minutes:.2f}",
+            f"{self.coasting / self.images:.2f}", f"{self.found} of {self.robots}",
             f"{np.mean(self.waits or [math.nan]):.2f}",
         ]  # fmt: skip
 
@@ -338,6 +341,7 @@ def count(total: Figures, made: Experiment, images: list[Image], found: list[Fra
         places = made.swarm.positions(np.array([frame.t]))[:, 0, :2]
         for one in result.estimates:
             if one.robot_id in known:
+                total.coasting += not known[one.robot_id] and one.state is State.COASTING
                 continue
             apart = np.linalg.norm(places - one.position, axis=1)
             robot = made.swarm.names[int(apart.argmin())] if apart.min() < FALSE_M else ""

@@ -93,6 +93,9 @@ class Track:
         may_be: labels of robots out of view that it may be, while it has a new one instead.
         leaving_view: whether its last box was at the edge of the image: if it vanishes, it has left
             the view, not dived.
+        unseen_in_view_s: time for which images that should show it have not, s, if it was seen
+            briefly.
+        vanished: whether it then was more likely foam than a robot (`VanishedRobots`).
     """
 
     class_id: str
@@ -124,6 +127,8 @@ class Track:
     unverified: bool = False
     label_evidence: LabelEvidence | None = None
     may_be: Mapping[str, EarlierLabel] = field(default_factory=dict)
+    unseen_in_view_s: float = 0.0
+    vanished: bool = False
 
     def inherit_label(self, other: Track) -> None:
         """Take over the label of the robot that this track continues."""

@@ -33,6 +33,8 @@ def published(
 ) -> tuple[tuple[RobotEstimate, ...], tuple[PlatformError, ...]]:
     """Return the labelled robots at an image, sorted by label, and the platform's errors.
 
+    Those that vanished (see `VanishedRobots`) are left out.
+
     Args:
         table: of the tracks.
         encounters: ambiguities of labels.
@@ -44,7 +46,7 @@ def published(
     """
     joint, labelled = table.filter, list[tuple[str, int]]()
     for row, track in enumerate(table.tracks):
-        if track.robot_id:
+        if track.robot_id and not track.vanished:
             labelled.append((track.robot_id, row))
     errors = joint.platform
     if not labelled:

@@ -51,6 +51,7 @@ from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
 from aerial_gnss_ros.core.tracker.publication import published, with_white
 from aerial_gnss_ros.core.tracker.recovery import Recovery
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
+from aerial_gnss_ros.core.tracker.vanished_robots import VanishedRobots
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import PlatformError, RobotEstimate
 from aerial_gnss_ros.core.values.events import Events
@@ -82,6 +83,7 @@ class Tracker:
         )  # fmt: skip
         self._account = BoxAccount(self._confirmation.doubt)
         self._coasting = Coasting(self.table, self._confirmation, config)
+        self._vanished = VanishedRobots(self.table, self._confirmation, config.tracks.coast_s)
         self._labelling = Labelling(
             self.table, self._matcher, self._recovery, self._confirmation, self._account
         )
@@ -158,6 +160,8 @@ class Tracker:
         measured, refused = self._image_update.correct(seen, boxes, rows, columns, passed)
         if mismatch and not self._matcher.mismatch.active:
             self._recovery.reject_unlabelled(stamp_ns)
+        if not (self._matcher.mismatch.active or self._recovery.fork):
+            self._vanished.update(frame.camera, stamp_ns, passed)
         self._account.note(self.table.tracks, measured, boxes, sizes)
         masks = box_masks(seen, measured, refused, len(boxes.class_ids))
         unexplained = returned or self._matcher.mismatch.active or not len(seen.index)
