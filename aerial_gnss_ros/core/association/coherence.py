@@ -55,22 +55,6 @@ def swerves(
     return len(own) if turned < -CLEAR_NATS else 0
 
 
-def turns(joint: JointFilter, tracks: list[Track], rows: list[int]) -> bool:
-    """Return whether a camera rotation explains the innovations of the last images better.
-
-    Args:
-        joint: the joint filter.
-        tracks: all of them.
-        rows: of the robots, which all have innovations.
-    """
-    every = [np.array(tracks[row].innovations).reshape(3, 7) for row in rows]
-    last = [seen[~np.isnan(seen[:, 0])] for seen in every]
-    offsets = [seen[:, 1:3].mean(axis=0) for seen in last]
-    sums = [sum((seen[:, 3] + seen[:, 5]).tolist()) for seen in last]
-    means = [0.5 * total / len(seen) ** 2 for total, seen in zip(sums, last, strict=True)]
-    return joint.turned_by(np.array(rows), np.array(offsets), np.array(means)) > 0.0
-
-
 def manoeuvred_pairs(
     joint: JointFilter,
     tracks: list[Track],

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 NO_PAIRS: tuple[Indices, Indices] = np.zeros(0, np.intp), np.zeros(0, np.intp)
@@ -25,8 +24,7 @@ class Association:
         columns: (m,) of their boxes.
         claimed: pairs of `CandidatePairs` in which robots are updated.
         matched: number of robots with a box inside their gates.
-        innovation_ratios: new mean normalised squared innovations of robots, by row.
-        inflations: rows of manoeuvring robots, and the velocity sigmas to be added, m/s.
+        manoeuvred: rows of robots that left their gates, whose velocities are to be inflated.
         clutter_shares: factors of `Track.clutter_probability`, by row.
         near_misses: rows of new tracks with boxes near their gates.
         outside: number of robots with a box near their gates and none inside.
@@ -36,8 +34,7 @@ class Association:
     rows: Indices
     columns: Indices
     claimed: list[int] = field(default_factory=list)
-    innovation_ratios: dict[int, float] = field(default_factory=dict)
-    inflations: list[tuple[Indices, Array | float]] = field(default_factory=list)
+    manoeuvred: list[int] = field(default_factory=list)
     clutter_shares: dict[int, float] = field(default_factory=dict)
     near_misses: set[int] = field(default_factory=set)
     matched: int = 0

@@ -3,9 +3,7 @@
 """Data association: which box of an image updates which track.
 
 Robots choose first, including tracks whose label is pending; then robots that manoeuvred out of
-their gates; tentative tracks choose from what is left. A robot whose innovations stay larger than
-its model explains manoeuvres harder than stated, so its velocity covariance is to be inflated:
-otherwise the filter would lag, and the box would leave the gate and start a second track.
+their gates; tentative tracks choose from what is left.
 
 The matcher only decides; the tracker changes tracks and filter.
 """
@@ -13,22 +11,19 @@ The matcher only decides; the tracker changes tracks and filter.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
-from aerial_gnss_ros.core.association.coherence import manoeuvred_pairs, swerves, turns
+from aerial_gnss_ros.core.association.coherence import manoeuvred_pairs, swerves
 from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
 from aerial_gnss_ros.core.association.decision import NO_PAIRS, Association
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.joint_assignment import TUNING as JOINT_ASSIGNMENT
 from aerial_gnss_ros.core.association.joint_assignment import jointly_likeliest
-from aerial_gnss_ros.core.association.scene_mismatch import TUNING as MISMATCH
 from aerial_gnss_ros.core.association.scene_mismatch import RobotsSeen, SceneMismatch
-from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.joint_filter import JointFilter
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
@@ -46,15 +41,6 @@ class MatcherTuning:
 
     held_images: int = 3
     """Consecutive images that may miss a robot, however far apart they are. Judged."""
-    strained_mean: float = 3.0
-    """Mean normalised squared innovation above which a robot manoeuvres. Without a manoeuvre it is
-    exceeded once in a million images (33 of 30 million draws)."""
-    common_median: float = 2.0
-    """Median of the robots' means above which they have a common cause: latency, or a wrong
-    compass. Judged."""
-    turn_share: float = 0.25
-    """Inflation of a manoeuvring robot's velocity sigma, as a share of `MotionModel.speed_sigma`.
-    Judged."""
 
 
 TUNING = MatcherTuning()
@@ -143,11 +129,8 @@ class Matcher:
         decided.sentence = self.mismatch.sentence
         if contradicts:
             chosen = []
-        elif not self._judge_manoeuvres(tracks, candidates, chosen, decided):
-            own = self._manoeuvred(tracks, candidates, left) if left else []
-            if own:
-                rows = candidates.pairs.rows[own]
-                decided.inflations.append((rows, self._filter.speeds(rows)))
+        elif left and (own := self._manoeuvred(tracks, candidates, left)):
+            decided.manoeuvred = [candidates.rows[k] for k in own]
             chosen = chosen + own
         decided.claimed = chosen
         if NEW in kind:
@@ -187,44 +170,6 @@ class Matcher:
         return max(
             MOTION_MODEL.held_s, TUNING.held_images * (stamp_ns - self._clutter.stamp_ns) * 1e-9
         )
-
-    def _judge_manoeuvres(
-        self,
-        tracks: list[Track],
-        candidates: CandidatePairs,
-        chosen: list[int],
-        decided: Association,
-    ) -> bool:
-        """Decide which robots manoeuvre, by their mean innovations.
-
-        Args:
-            tracks: all of them.
-            candidates: pairs of the image.
-            chosen: those of robots that get a box.
-            decided: receives the means and the inflations.
-
-        Returns:
-            Whether most do, and a rotation of the camera explains it better than manoeuvres.
-        """
-        manoeuvring: list[int] = []
-        ratios = decided.innovation_ratios
-        for k in chosen:
-            row, squared = candidates.rows[k], candidates.squared[k]
-            ratio = tracks[row].innovation_ratio
-            ratios[row] = ratio + (0.5 * squared - ratio) / TRACK.strain_images
-            if ratios[row] > TUNING.strained_mean:
-                manoeuvring.append(row)
-        common = (
-            len(ratios) >= MISMATCH.majority_robots
-            and median(ratios.values()) > TUNING.common_median
-        )
-        if common and turns(self._filter, tracks, list(ratios)):
-            return True
-        if manoeuvring:
-            ratios.update(dict.fromkeys(manoeuvring, 1.0))
-            speeds = TUNING.turn_share * self._filter.speeds(manoeuvring)
-            decided.inflations.append((np.array(manoeuvring, np.intp), speeds))
-        return False
 
     def _manoeuvred(
         self, tracks: list[Track], candidates: CandidatePairs, left: list[int]

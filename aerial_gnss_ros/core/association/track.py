@@ -29,8 +29,6 @@ class TrackTuning:
     recent_ns: int = 1_000_000_000
     """A robot seen within this time is in view, and a fault that is over sooner was short, ns.
     Judged."""
-    strain_images: int = 8
-    """Images over which normalised squared innovations are averaged. Judged."""
 
 
 TUNING = TrackTuning()
@@ -65,7 +63,6 @@ class Track:
         state: tentative, confirmed, coasting or lost.
         robot_id: its label, "" before confirmation.
         hits: stamps of the images that showed it, within `tracks.confirm_window_s`.
-        innovation_ratio: mean normalised squared innovation; 1 is expected.
         velocity: (2,) East, North when last seen, m/s.
         velocity_spread: (2, 2) its covariance, m²/s².
         speed_history: sum of squared velocities, mean of both axes, each `TUNING.habit_s`, m²/s².
@@ -104,7 +101,6 @@ class Track:
     state: State = State.TENTATIVE
     robot_id: str = ""
     hits: tuple[int, ...] = ()
-    innovation_ratio: float = 1.0
     velocity: Array = field(default_factory=lambda: np.zeros(2))
     velocity_spread: Array = field(default_factory=lambda: np.zeros((2, 2)))
     speed_history: float = 0.0

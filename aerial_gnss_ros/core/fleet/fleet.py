@@ -210,10 +210,8 @@ class Fleet:
         """
         one, stamp_ns, table = self._drones[drone], seen.pose.stamp_ns, self.table
         fits = fitting(table.state, seen, view, one.model, slots)
-        used = usable(
-            table.state.joint, table.robots, drone, fits, slots, table.motions.default_speed,
-            self._threshold,
-        )  # fmt: skip
+        speed = table.motions.default_speed
+        used = usable(table.state.joint, table.robots, fits, slots, speed, self._threshold)
         squared, count = 0.0, 0
         if used:
             outcome = table.correct(drone, seen, view, {k: slots[k] for k in used})

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.matcher import TUNING as MATCHER
-from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.filter.innovation import pair_innovations
 from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
 from aerial_gnss_ros.core.filter.predicted_pixels import linearise
@@ -91,17 +89,16 @@ def fitting(
 
 
 def usable(
-    joint: JointState, robots: list[FleetRobot], drone: int, fits: dict[int, Fit],
-    slots: dict[int, int], speed: float, threshold: float,
+    joint: JointState, robots: list[FleetRobot], fits: dict[int, Fit], slots: dict[int, int],
+    speed: float, threshold: float,
 ) -> list[int]:  # fmt: skip
-    """Return the boxes that can be used; widen the velocities of robots that may turn.
+    """Return the boxes that can be used; widen the velocities of robots that may have turned.
 
     As a drone's own estimator does (see `Matcher`), so that one drone's fleet is that estimator.
 
     Args:
         joint: the state; velocities are widened in place.
         robots: of it.
-        drone: number of the drone.
         fits: by box.
         slots: places of the robots by box.
         speed: one sigma of a sudden change of velocity, each axis, m/s.
@@ -109,20 +106,10 @@ def usable(
     """
     found: list[int] = []
     for box, fit in fits.items():
-        slot, robot, turned = slots[box], robots[slots[box]], 0.0
-        if robot.tentative:
-            fits_now = fit.squared
-        elif fit.squared > threshold:
-            fits_now, turned = fit.after_turn(speed), speed
-        else:
-            fits_now, strain = fit.squared, robot.strain.get(drone, 1.0)
-            strain += (0.5 * fit.squared - strain) / TRACK.strain_images
-            if strain > MATCHER.strained_mean:
-                strain, turned = 1.0, MATCHER.turn_share * speed
-            robot.strain[drone] = strain
-        if fits_now > TUNING.gate:
+        turned = fit.squared > threshold and not robots[slots[box]].tentative
+        if (fit.after_turn(speed) if turned else fit.squared) > TUNING.gate:
             continue
         if turned:
-            joint.inflate_velocities(np.array([slot]), turned, MOTION_MODEL.swerve_s)
+            joint.inflate_velocities(np.array([slots[box]]), speed, MOTION_MODEL.swerve_s)
         found.append(box)
     return found

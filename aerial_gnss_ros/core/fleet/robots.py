@@ -42,7 +42,6 @@ class FleetRobot:
         seen_ns: when each drone measured it last, ns.
         doubt: (2, 2) by which each drone widens its own position, m².
         refused: consecutive boxes of each drone that contradicted it.
-        strain: mean normalised squared innovation of each drone's boxes; 1 is expected.
         rival: (2,) offset to the nearest robot that a drone shows in its place, East, North, m;
             None without one.
         rival_ns: since when there has been one, ns.
@@ -57,7 +56,6 @@ class FleetRobot:
     seen_ns: dict[int, int] = field(default_factory=dict)
     doubt: dict[int, Array] = field(default_factory=dict)
     refused: dict[int, int] = field(default_factory=dict)
-    strain: dict[int, float] = field(default_factory=dict)
     rival: Array | None = None
     rival_ns: int = 0
 

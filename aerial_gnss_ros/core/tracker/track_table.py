@@ -161,15 +161,14 @@ class TrackTable:
         tracks = self.tracks
         if decided.sentence:
             self.filter.log.add(decided.sentence)
-        for row, ratio in decided.innovation_ratios.items():
-            tracks[row].innovation_ratio = ratio
         for row, share in decided.clutter_shares.items():
             tracks[row].clutter_probability *= share
         for row in decided.near_misses:
             tracks[row].near_misses += 1
         self.filter.monitor.update_matches(decided.matched, decided.outside)
-        for rows, speeds in decided.inflations:
-            self.filter.inflate_velocities(rows, speeds, MOTION_MODEL.swerve_s)
+        if decided.manoeuvred:
+            rows = np.array(decided.manoeuvred, np.intp)
+            self.filter.inflate_velocities(rows, self.filter.speeds(rows), MOTION_MODEL.swerve_s)
         if self.filter.ambiguity.active:
             pairs, claimed = able.pairs, decided.claimed
             self.filter.update_reacquired(

@@ -9,8 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.association.coherence import swerves, turns
-from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.association.coherence import swerves
 from aerial_gnss_ros.core.faults.rotation_test import fit_rotation
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
@@ -70,28 +69,6 @@ def test_a_box_is_one_robots():
     one = pairs_of([[0.5, 0.1], [-0.4, 0.3], [0.0, 0.0], [0.1, 0.0]])
     shared = PairInnovations(one.rows, np.array([0, 0, 2, 3]), one.offsets, one.spread)
     assert swerves(filter_of(), shared, [0, 1], [2, 3], THRESHOLD) == 1
-
-
-def strained(offsets, level=1.0):
-    """Return robots whose boxes were so far off (n, 2) in the last three images."""
-    variances = level * SIGMA**2, 0.0, level * SIGMA**2, 2.0 * SIGMA**2
-    return [
-        Track(
-            "aqua",
-            0,
-            0,
-            innovations=(0, *one, *variances, 1, *one, *variances, 2, *one, *variances),
-        )
-        for one in np.asarray(offsets).tolist()
-    ]
-
-
-def test_boxes_that_lag_all_as_one_turn_has_it_are_the_cameras():
-    rows = [0, 1, 2, 3]
-    assert turns(filter_of(), strained(turned(1.0)), rows)
-    assert not turns(filter_of(), strained([[0.3, 0], [-0.3, 0], [0, 0.3], [0, -0.3]]), rows)
-    # Where boxes are as noisy as that, a turn has little to explain.
-    assert not turns(filter_of(), strained(turned(1.0), level=20.0), rows)
 
 
 @pytest.mark.parametrize(

@@ -9,12 +9,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from aerial_gnss_ros.core.association.clutter import chance_probability
-from aerial_gnss_ros.core.association.matcher import TUNING as MATCHER
 from aerial_gnss_ros.core.association.matcher import Matcher
-from aerial_gnss_ros.core.association.track import TUNING as TRACK
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
@@ -62,24 +59,6 @@ def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one(
     assert (found.matched, found.outside) == (1, 1)
 
 
-def test_a_robot_that_obeys_its_model_is_loosened_once_in_a_million_images():
-    """Half a squared planar innovation is exponential; `Track.strain` is its fading mean."""
-    drawn = np.random.default_rng(0).exponential(size=3_000_000)
-    share = 1.0 / TRACK.strain_images
-    strain = lfilter([share], [1.0, share - 1.0], drawn)
-    track = Track("aqua", 0, 0, State.CONFIRMED, "aqua_1", innovation_ratio=0.0)
-    found, now = [], 1_000_000_000
-    for one in drawn[:50]:
-        offset = np.array([[np.sqrt(2.0 * one), 0.0]])
-        pairs = PairInnovations(np.zeros(1, int), np.zeros(1, int), offset, np.eye(2)[None])
-        matcher = Matcher(_joint(pairs), 1e9, 2.0)
-        ratios = decided(matcher, [track], boxes(1), now).innovation_ratios
-        track.innovation_ratio = ratios[0]
-        found.append(track.innovation_ratio)
-    assert found == pytest.approx(strain[:50])
-    assert 0 < np.count_nonzero(strain > MATCHER.strained_mean) < 10
-
-
 @pytest.mark.parametrize(
     ("stray", "began", "hits", "taken"),
     [
@@ -118,8 +97,7 @@ def test_a_robot_swerves_with_two_boxes_where_one_may_be_false(stray, began, hit
     matcher._clutter.update(8, 20, 20, stray)
     found = decided(matcher, tracks, seen, 9)
     assert list(zip(found.rows.tolist(), found.columns.tolist(), strict=True)) == taken
-    inflated = [(rows.tolist(), speed) for rows, speed in found.inflations]
-    assert inflated == ([([0], 0.75)] if (0, 0) in taken else [])
+    assert found.manoeuvred == ([0] if (0, 0) in taken else [])
 
 
 @pytest.mark.parametrize(
@@ -241,7 +219,7 @@ def test_what_is_decided_changes_no_track():
     """A robot far off again and again, a new track beside its box, and one with a box."""
     now = 1_000_000_000
     tracks = [
-        Track("aqua", 0, now - 1, State.CONFIRMED, "aqua_1", (now - 1,), innovation_ratio=3.5),
+        Track("aqua", 0, now - 1, State.CONFIRMED, "aqua_1", (now - 1,)),
         Track("aqua", 0, now - 1, hits=(now - 2,)),
         Track("aqua", 0, now - 1, hits=(now - 3,)),
     ]
@@ -252,8 +230,6 @@ def test_what_is_decided_changes_no_track():
     before = [replace(track) for track in tracks]
     found = decided(Matcher(_joint(pairs, speed=0.8), 9.0, 2.0), tracks, boxes(3), now)
     assert tracks == before
-    assert found.innovation_ratios == {0: 1.0}  # it starts anew
-    assert [(rows.tolist(), speed) for rows, speed in found.inflations] == [([0], 0.2)]
     assert found.near_misses == {1}
     assert found.clutter_shares == {2: pytest.approx(chance_probability(1, 2))}
 

@@ -29,7 +29,7 @@ def watched(two_rtk):
         pixels[1] += moved_px
         changed = replace(seen, pixels=pixels)
         fits = fitting(fleet.table.state, changed, drone.view, drone.model, slots)
-        return usable(fleet.table.state.joint, fleet.table.robots, 1, fits, slots, speed, 11.6)
+        return usable(fleet.table.state.joint, fleet.table.robots, fits, slots, speed, 11.6)
 
     return fleet, slots, gate
 

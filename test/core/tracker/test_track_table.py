@@ -39,7 +39,8 @@ def table(*states, refused=(), active=False):
         correct=lambda *_: np.array(refused, np.intp),
         moments=lambda: (velocities, np.tile(np.eye(4), (len(states), 1, 1))),
         monitor=SimpleNamespace(update_matches=lambda *both: asked.append(("monitor", both))),
-        inflate_velocities=lambda rows, speed, s: asked.append(("inflate", rows, speed, s)),
+        speeds=lambda rows: 0.2 * rows.size,
+        inflate_velocities=lambda rows, *by: asked.append(("inflate", rows.tolist(), *by)),
         update_reacquired=lambda rows, *_: asked.append(("reacquired", rows.tolist())),
         ambiguity=SimpleNamespace(active=active),
         log=SimpleNamespace(add=lambda sentence: asked.append(("log", sentence))),
@@ -59,8 +60,7 @@ def test_what_association_decides_is_carried_out(active):
         np.array([0]),
         np.array([0]),
         [0],
-        {0: 2.5},
-        [([0], 0.2)],
+        [0],
         {1: 0.1},
         {1},
         3,
@@ -73,7 +73,7 @@ def test_what_association_decides_is_carried_out(active):
     ))  # fmt: skip
     tracks.apply(decided, able)
     robot, new = tracks.tracks
-    assert (robot.innovation_ratio, robot.near_misses, new.near_misses) == (2.5, 0, 1)
+    assert (robot.near_misses, new.near_misses) == (0, 1)
     assert new.clutter_probability == pytest.approx(0.05)
     assert asked.pop(0) == ("log", "Boxes lie elsewhere.")
     assert asked[:2] == [("monitor", (3, 4)), ("inflate", [0], 0.2, MOTION_MODEL.swerve_s)]
