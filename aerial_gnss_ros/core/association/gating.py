@@ -32,7 +32,6 @@ class CandidatePairs:
         columns: column of its box.
         squared: its squared Mahalanobis distance.
         log_determinant: log determinant of its innovation covariance.
-        log_likelihood: log likelihood of each pair, up to a constant.
         kind: of each track, not of each pair.
         threshold: squared Mahalanobis distance at the edge of a gate.
         reach: squared distance up to which a box is just outside a gate.
@@ -52,7 +51,6 @@ class CandidatePairs:
     columns: list[int]
     squared: list[float]
     log_determinant: list[float]
-    log_likelihood: list[float]
     kind: list[str]
     threshold: float
     reach: float
@@ -85,7 +83,6 @@ class CandidatePairs:
             boxes: class of each box.
             threshold: squared distance at the edge of a gate.
         """
-        log = (-0.5 * (distances[0] + distances[1])).tolist()
         squared, wide = distances[0].tolist(), distances[1].tolist()
         of, to = pairs.rows.tolist(), pairs.columns.tolist()
         reach, every = ASSIGNMENT.near_gate_radii**2 * threshold, list(zip(of, to, strict=True))
@@ -111,7 +108,7 @@ class CandidatePairs:
         lone = {k for k in nearest if boxes_of[of[k]] == robots_of[to[k]] == 1}
         given = _best(of, to, squared, wide, threshold, inside)
         return cls(
-            pairs, of, to, squared, wide, log, kind, threshold, reach, robots, inside, nearest,
+            pairs, of, to, squared, wide, kind, threshold, reach, robots, inside, nearest,
             lone, beside, grown, given,
             _left(of, to, squared, reach, robots, given, kind.count(ROBOT)),
         )  # fmt: skip

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
 from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
 from aerial_gnss_ros.core.association.coherence import manoeuvred_pairs, swerves
-from aerial_gnss_ros.core.association.conflicts import keep_established, without_disputed
 from aerial_gnss_ros.core.association.decision import NO_PAIRS, Association
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.joint_assignment import TUNING as JOINT_ASSIGNMENT
@@ -110,18 +109,8 @@ class Matcher:
             stamp_ns: of the image, ns.
         """
         # Robots choose first: a false track must not take a robot's boxes.
-        inside, kind, decided = candidates.inside, candidates.kind, Association(*NO_PAIRS)
-        of, to, given = candidates.rows, candidates.columns, candidates.given
-        if len(given) < len(inside):
-            away_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
-            given = keep_established(tracks, of, to, given, inside, away_ns)
-        same = given is candidates.given
-        left, decided.outside = candidates.left_over if same else candidates.left(given)
-        chosen, held_ns = given, MOTION_MODEL.held_s * 1e9
-        if [k for k in given if stamp_ns - tracks[of[k]].last_seen_ns > held_ns]:
-            chosen = without_disputed(
-                tracks, of, to, given, candidates.log_likelihood, kind, stamp_ns
-            )
+        kind, decided, chosen = candidates.kind, Association(*NO_PAIRS), candidates.given
+        left, decided.outside = candidates.left_over
         decided.matched = len(chosen)
         shown = self._robots_seen(tracks, candidates, left, chosen, boxes)
         passed_s = (stamp_ns - self._clutter.stamp_ns) * 1e-9

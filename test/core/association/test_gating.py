@@ -5,8 +5,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
-from scipy.stats import multivariate_normal
 
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.track import Track
@@ -66,14 +64,3 @@ def test_only_robots_with_a_box_near_their_gates_are_missed():
     found = candidates([[1.0, 30.0], [5.0, 8.9], [5.0, 9.1], [5.0, 30.0]], [ROBOT] * 4,
                        tracks=("aqua",) * 4)  # fmt: skip
     assert found.left([0]) == ([3, 5, 7], 1)
-
-
-def test_likelihoods_are_those_of_the_normal_law():
-    offsets, spread = np.array([[1.0, -2.0]]), np.array([[[4.0, 0.5], [0.5, 2.0]]])
-    pairs = PairInnovations(np.array([0]), np.array([0]), offsets, spread)
-    distances = mahalanobis(offsets, spread)
-    found = CandidatePairs.of_image(
-        pairs, distances, [ROBOT], [Track("aqua", 0, 0)], ["aqua"], GATE
-    )
-    density = multivariate_normal.logpdf(offsets[0], cov=spread[0]) + np.log(2.0 * np.pi)
-    assert found.log_likelihood == pytest.approx([density])

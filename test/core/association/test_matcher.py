@@ -262,23 +262,3 @@ def test_clutter_is_boxes_that_no_robot_takes_while_robots_are_missed(shown, cou
     for _ in range(20):
         decided(matcher, tracks, boxes(count), now)
     assert matcher._clutter.heavy is heavy
-
-
-@pytest.mark.parametrize(
-    ("gone_ns", "taken"),
-    [(10**9, [0]), (2 * 10**9, [0]), (10**8, [1])],
-    ids=["both seen beside each other", "for long", "for a moment"],
-)
-def test_a_contested_box_is_left_to_the_robot_that_has_had_it(gone_ns, taken):
-    """The other one is nearer to it, but returns from an absence in the image that shows one."""
-    now = 10**10
-    first = (now - 5 * 10**9,)  # an image showed both
-    tracks = [
-        Track("aqua", 0, now - 10**8 + 1, State.CONFIRMED, "aqua_1", first),
-        Track("aqua", 0, now - gone_ns, State.COASTING, "aqua_2", first),
-    ]
-    offsets = np.array([[2.0, 0.0], [0.5, 0.0]])
-    pairs = PairInnovations(np.arange(2), np.zeros(2, int), offsets, np.tile(np.eye(2), (2, 1, 1)))
-    matcher = Matcher(_joint(pairs), 9.0, 5.0)
-    matcher._clutter.stamp_ns = now - 10**8
-    assert decided(matcher, tracks, boxes(1), now).rows.tolist() == taken
