@@ -73,10 +73,6 @@ class MooredTuning:
     """Least swing, one sigma, m. Judged."""
     largest_sway_m: float = 0.3
     """Largest swing, one sigma, m. Judged."""
-    pause_s: float = 5.0
-    """What was wrong is not tried again so soon, s; twice as long each further time. Judged."""
-    longest_pause_s: float = 60.0
-    """At most so long, s. Judged."""
 
 
 TUNING = MooredTuning()
@@ -102,11 +98,8 @@ class MooredHypothesis:
     def __init__(self, base: JointState, adrift: bool) -> None:
         self.base, self.adrift = base, adrift
         self._least_variance = TUNING.least_sway_m**2
-        self._now_s = self._asked_s = self._paused_until_s = self._step_s = 0.0
+        self._now_s = self._asked_s = self._step_s = 0.0
         self._first_seen_s: dict[int, float] = {}
-        self._barred_until_s: dict[int, float] = {}
-        self._pauses_s: dict[int, float] = {}
-        self._pause_s = TUNING.pause_s
         self._noted = _NOBODY
         self.reset()
 
@@ -137,7 +130,7 @@ class MooredHypothesis:
             return
         self._sync(self.law)
         if self._stay(self.law) < TUNING.least_robots:
-            self._fail()
+            self.reset()
             return
         self._move(self.law, seconds, keep, stationary, motion)
         self._sums *= math.exp(-seconds / TUNING.strain_sum_s) ** _POWERS
@@ -162,11 +155,10 @@ class MooredHypothesis:
             try:
                 found = self.law.fit(slots, pixels, view, model, level)
             except np.linalg.LinAlgError:
-                self._fail()
+                self.reset()
             else:
                 self._compare(self.law, found, outcome, before)
-        since_s = self._now_s - self._asked_s
-        if since_s >= TUNING.asked_every_s and self._now_s >= self._paused_until_s:
+        if self._now_s - self._asked_s >= TUNING.asked_every_s:
             self._asked_s = self._now_s
             if self.law is not None:
                 self._adapt(self.law)
@@ -225,25 +217,15 @@ class MooredHypothesis:
             odds = self.leaving.odds[seen]
             leaving = int((odds > CLEAR_NATS).sum())
             if leaving > 1 and 2 * leaving > np.count_nonzero(law.sway):
-                self._fail()
+                self.reset()
                 return
             if leaving:
                 self._release(law, int(seen[odds.argmax()]))
         if self.evidence < TUNING.given_up_nats:
-            self._fail()
-
-    def _fail(self) -> None:
-        """Give the hypothesis up, and try no other one for a while."""
-        self.reset()
-        self._paused_until_s = self._now_s + self._pause_s
-        self._pause_s = min(2.0 * self._pause_s, TUNING.longest_pause_s)
+            self.reset()
 
     def _release(self, law: MooredLaw, slot: int) -> None:
         """Let a robot swim that has left."""
-        name = int(law.ids[slot])
-        pause = self._pauses_s.get(name, TUNING.pause_s)
-        self._barred_until_s[name] = self._now_s + pause
-        self._pauses_s[name] = min(2.0 * pause, TUNING.longest_pause_s)
         law.release(slot, *self.leaving.gone(slot))
         self.leaving.end(slot)
 
@@ -276,11 +258,10 @@ class MooredHypothesis:
             least: log odds to it from which this one is tried, nats.
         """
         other = drifting.law
-        if self.law is not None or other is None or self._now_s < self._paused_until_s:
+        if self.law is not None or other is None:
             return
         odds = other.still_odds()
-        barred = [one for one, until_s in self._barred_until_s.items() if until_s > self._now_s]
-        if odds > least and not np.isin(other.ids[other.sway > 0.0], barred).any():
+        if odds > least:
             self.law, self.evidence = other.without_current(), drifting.evidence + odds
             self._sums, self.leaving = drifting._sums.copy(), copy.deepcopy(drifting.leaving)
 
@@ -320,7 +301,6 @@ class MooredHypothesis:
             slot
             for slot, one in zip(slots, names, strict=True)
             if self._first_seen_s.get(one, math.inf) <= latest
-            and self._barred_until_s.get(one, 0.0) <= self._now_s
         ]
 
     def _adapt(self, law: MooredLaw) -> None:

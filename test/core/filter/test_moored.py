@@ -276,7 +276,6 @@ def test_evidence_is_what_the_law_fits_better():
     one._compare(one.law, outcome(still, fits=-30.0), outcome(still), KNOWN)
     assert one.law is None
     assert one.evidence == -math.inf
-    assert one._paused_until_s == one._now_s + TUNING.pause_s
 
 
 def test_of_a_displacement_a_law_follows_its_gain():
@@ -309,7 +308,6 @@ def test_a_robot_leaves_by_small_innovations_that_add_up():
     assert covariance[0, 0] > 0.0
     assert one.leaving.odds[0] == -np.inf
     assert -10.0 < one.evidence < -4.0  # that it was likely to leave, and no more
-    assert one._barred_until_s == {0: one._now_s + TUNING.pause_s}
 
 
 def test_white_innovations_are_no_reason_to_leave():
@@ -326,7 +324,6 @@ def test_where_most_seem_to_leave_the_hypothesis_is_wrong():
     one = tried()
     shown(one, [[1.0, 0.0], [1.0, 0.0], [0.0, 0.0]], seconds=10.0)
     assert one.law is None
-    assert one._paused_until_s > one._now_s
 
 
 @pytest.mark.parametrize(("innovation", "larger"), [(0.6, True), (0.02, False)])
@@ -355,29 +352,6 @@ def test_that_robots_stay_begins_as_that_they_drift_by_nothing():
     assert (still.law, still.evidence) == ("still", 1.5)
     assert still._sums is not drifting._sums
     assert still.leaving is not drifting.leaving
-    still.law, still._barred_until_s = None, {2: 1.0}
-    still.begin_as(drifting, -4.0)
-    assert still.law is None  # one of them has just left
-    still._barred_until_s, still._paused_until_s = {}, 1.0
-    still.begin_as(drifting, -4.0)
-    assert still.law is None
-
-
-def test_what_was_wrong_is_tried_again_after_a_pause():
-    one = tried()
-    one.predict(2.0 * TUNING.watched_s, None, None, MOTION)
-    one._release(one.law, 0)
-    swimming = SimpleNamespace(ids=np.array([0, 1]), unseen=np.zeros(2), sway=None)
-    assert one._eligible(swimming) == [1]  # the other one is barred
-    one._fail()
-    assert one._paused_until_s == one._now_s + TUNING.pause_s
-    one.predict(0.9 * TUNING.pause_s, None, None, MOTION)
-    assert one._eligible(swimming) == [1]
-    one.predict(0.2 * TUNING.pause_s, None, None, MOTION)
-    assert one._now_s > one._paused_until_s
-    assert one._eligible(swimming) == [0, 1]
-    one._fail()
-    assert one._paused_until_s == one._now_s + 2.0 * TUNING.pause_s
 
 
 def test_a_robot_is_asked_for_once_it_was_watched_for_long_enough():
@@ -399,7 +373,6 @@ def test_one_robot_alone_is_not_known_to_stay_or_drift():
         one.law.sway[1:] = 0.0
         one.predict(STEP_S, None, None, MOTION)
         assert one.law is None
-        assert one._paused_until_s > one._now_s
 
 
 @pytest.mark.parametrize("adrift", [False, True])
