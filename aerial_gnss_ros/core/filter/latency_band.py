@@ -30,10 +30,6 @@ class LatencyBandTuning:
     steps: int = 10
     """Number of candidates of a band of negative latencies: 1 s. Narrower ones are told sooner, and
     each costs as much time of the processor as a wide one. Judged."""
-    elsewhere_misfit: float = 8.0
-    """Mean normalised squared distance of boxes from those of the last image beyond the expected
-    one, at the latency that fits best, from which the picture has jumped, and robots begin anew: 0
-    is right, 13 the most. Judged."""
 
 
 TUNING = LatencyBandTuning()
@@ -115,12 +111,7 @@ class LatencyBand:
             rotations: (m, 3, 3) camera FLU in `map`.
             anew: (m,) where robots begin anew; None: only labelled robots are compared.
         """
-        given = passed, views.positions, rotations, anew, views.interpolation
-        fit = self.bank.update(seen, *given)
+        fit = self.bank.update(seen, passed, views.positions, rotations, anew, views.interpolation)
         if anew is None:
             return None, fit
-        again = self._reappearance.update(seen.camera, centers, passed, views)
-        if again is not None and again[0].min() > TUNING.elsewhere_misfit:
-            self.bank.reset()
-            self.bank.update(seen, *given)
-        return again, fit
+        return self._reappearance.update(seen.camera, centers, passed, views), fit

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -269,7 +268,7 @@ def test_telemetry_that_is_wrong_is_no_latency(sea, drone, wrong_deg):
 
 
 def test_pictures_that_jump_are_no_latency(sea):
-    """Boxes are off by 150 px for three seconds: what robots did then is not compared."""
+    """Boxes are off by 150 px for three seconds: at all latencies alike."""
     world = late_world(sea, 0.0, lambda t: (2.0 * math.sin(0.3 * t), 0.0, 30.0))
     frame = world.frame
 
@@ -279,18 +278,8 @@ def test_pictures_that_jump_are_no_latency(sea):
 
     world.frame = jumping
     engine = sea.estimator(STATED)
-    bank, anew = engine._tracks._doubt.search._bands[0].bank, []
-    reset, update = bank.reset, bank.update
-    bank.reset = lambda: anew.append(None) or reset()
-    bank.update = lambda now, *given: seen.append((len(anew), now.stamp_ns)) or update(now, *given)
-    seen = []
     sea.play(engine, world, 20.0, images=5)
     assert not engine.happened["latency_doubted"]
-    times = [
-        (ns - seen[0][1]) * 1e-9 for (before, _), (after, ns) in pairwise(seen) if after > before
-    ]
-    begin_s = (sea.stamp(0.0) - seen[0][1]) * 1e-9
-    np.testing.assert_allclose(np.array(times) - begin_s, [8.0, 11.0], atol=0.5)
 
 
 def test_a_steady_camera_tells_nothing(sea):
