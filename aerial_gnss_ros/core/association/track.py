@@ -164,6 +164,11 @@ class Track:
         return self.inherited_ns or self.first_seen_ns
 
     @property
+    def known_s(self) -> float:
+        """Time from the first box of its robot to its last one, s."""
+        return (self.last_seen_ns - self.since_ns) * 1e-9
+
+    @property
     def mean_score(self) -> float:
         """Mean score of its boxes while it has no label; 1 without any."""
         return self.score_sum / self.score_count if self.score_count else 1.0

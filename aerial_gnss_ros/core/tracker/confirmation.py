@@ -259,14 +259,14 @@ class TrackConfirmation:
             return 0.0
         if track.state is State.TENTATIVE:
             return transience(track, new)
-        return outlasted(lasted_s(track))
+        return outlasted(track.known_s)
 
     def _outlasts(self, track: Track, stamp_ns: int, vanishing: float) -> bool:
         """Return whether a track has been seen longer, or scored higher, than any transient would.
 
         Its boxes tell how long: one after the other, several transients at one place last, too.
         """
-        seen_s = min(lasted_s(track), track.score_count * self.rule.interval_s)
+        seen_s = min(track.known_s, track.score_count * self.rule.interval_s)
         false = self.transients.expected(stamp_ns, vanishing, seen_s, track.mean_score)
         least, scale = self.transients.min_score, TRANSIENTS.score_scale
         false += expected_specks(track, self._table.tracks, seen_s, least, scale)
@@ -279,7 +279,7 @@ class TrackConfirmation:
         return [
             track
             for track in self._table.tracks
-            if track.robot_id and outlasted(lasted_s(track)) < TUNING.expected_false_tracks
+            if track.robot_id and outlasted(track.known_s) < TUNING.expected_false_tracks
         ]
 
     def _reidentify(self, ready: list[int], stamp_ns: int, height: float) -> Returns:
@@ -319,8 +319,3 @@ def transience(track: Track, new: int) -> float:
     if track.score_count < 2 or track.leaving_view or track.rejected:
         return 0.0
     return max(0.0, 1.0 - new * track.clutter_probability)  # else chance: boxes of several things
-
-
-def lasted_s(track: Track) -> float:
-    """Return the time from a robot's first box to its last one, s."""
-    return (track.last_seen_ns - track.since_ns) * 1e-9

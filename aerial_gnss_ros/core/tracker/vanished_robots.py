@@ -16,7 +16,7 @@ import numpy as np
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.filter.predicted_pixels import linearise
-from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation, lasted_s
+from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.tracker.transients import TUNING as TRANSIENTS
 from aerial_gnss_ros.core.values.estimates import State
@@ -63,5 +63,5 @@ class VanishedRobots:
     def _is_brief(self, track: Track, stamp_ns: int) -> bool:
         """Return whether foam that lasted and scored like a track is likelier than a robot."""
         transients = self._confirmation.transients
-        foam = transients.expected(stamp_ns, 0.0, lasted_s(track), track.mean_score)
+        foam = transients.expected(stamp_ns, 0.0, track.known_s, track.mean_score)
         return foam * self._rarer > 1.0
