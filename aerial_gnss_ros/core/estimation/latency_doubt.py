@@ -18,9 +18,8 @@ tell nothing of the platform's other errors, so they are taken in once more when
 Until then, and while a trial takes in earlier images, published covariances contain what each other
 latency makes of positions (`LatencyCover`).
 
-The question is closed once it is decided, or after `decided_s` in motion: a latency does not begin
-in mid-flight, unlike a fault. If another latency is likelier then than before any image, it stays
-open for twice that time, and covariances contain it from then on.
+The question stays open until images tell: around an even circle every latency shows the same scene,
+turned about its centre, however long it is flown. Later images are compared more seldom.
 """
 
 from __future__ import annotations
@@ -30,6 +29,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
@@ -46,6 +46,8 @@ from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.stamp_resolution import stamp_sigma_s
 from aerial_gnss_ros.core.values.estimates import FrameResult
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,11 @@ class LatencyDoubtTuning:
     interval_s: float = 0.4
     """Least time between images that are taken, s: some ten decide, each costs as much as ten in
     the filter, and what fits badly does so for about as long, by one cause. Judged."""
-    decided_s: float = 30.0
-    """Time in motion after which the configured latency is taken for right, s. Judged."""
+    often_s: float = 30.0
+    """Time in motion after which images are taken more seldom, s: most flights have told by then.
+    Judged."""
+    seldom_s: float = 1.0
+    """Least time between images from then on, s. Judged."""
 
 
 TUNING = LatencyDoubtTuning()
@@ -105,7 +110,7 @@ class LatencyDoubt:
     """
 
     def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
-        self.open, self.doubted, self._covers = True, False, True
+        self.open, self.doubted = True, False
         self.trial: LatencyTrial | None = None
         self._inputs = inputs
         self.unknown = _unknown(config)
@@ -149,12 +154,16 @@ class LatencyDoubt:
     def close(self) -> None:
         """Decide no more, and begin no more with recent images."""
         self.open, self.trial, self._again = False, None, True
-        self._covers = False
 
     @property
     def active(self) -> bool:
         """Whether images are wanted: it is undecided, or they are to be taken in once more."""
         return self.open or (self.doubted and (self.trial is not None or not self._again))
+
+    @property
+    def long_open(self) -> bool:
+        """Whether it is undecided after a time in motion by which most flights have told."""
+        return self.open and self._motion.total_s > TUNING.often_s
 
     def update(
         self, scene: PosedFrame, measured: dict[str, int], local: LocalMap, rival: float = -math.inf
@@ -177,26 +186,29 @@ class LatencyDoubt:
             self._learn_more(stamp_ns, not measured)
             return
         self._motion.update(stamp_ns, scene.in_map)
-        moved_s = self._motion.total_s
         gains = evidence.gains()
         self._cover.weigh(gains)
         far = gains[np.abs(self.search.corrections) > TUNING.settled_apart_s]
-        gains = np.delete(gains, evidence.configured)
-        prior = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))
-        best = float(gains.max())
-        self._nats = prior + best + math.log(float(np.exp(gains - best).mean()))
+        right = float(far.max()) < TUNING.settled_nats
+        self._weigh(np.delete(gains, evidence.configured))
         self._rival = rival
+        if self._nats < (TUNING.tried_nats if right else TUNING.dropped_nats):
+            self._drop()
+        self.open = self.trial is not None or not right
+        pause_s = TUNING.seldom_s if self.long_open else TUNING.interval_s
+        self.due_ns = stamp_ns + round(pause_s * 1e9) if self.open else NEVER_NS
+
+    def _weigh(self, gains: Array) -> None:
+        """Weigh the configured latency against the others together.
+
+        Args:
+            gains: (h - 1,) log likelihood of each of these over the configured one.
+        """
+        best = float(gains.max())
+        likelihood = best + math.log(float(np.exp(gains - best).mean()))
+        self._nats = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere)) + likelihood
         if self.stamped_seldom:
             self._nats = math.inf
-        right = float(far.max()) < TUNING.settled_nats
-        endless = moved_s > 2.0 * TUNING.decided_s
-        likelier = self._nats > prior
-        settled = right or endless or (moved_s > TUNING.decided_s and not likelier)
-        if self._nats < (TUNING.tried_nats if settled else TUNING.dropped_nats) or endless:
-            self._drop()
-        self.open = self.trial is not None or not settled
-        self._covers = self.open or (likelier and not right)
-        self.due_ns = stamp_ns + round(TUNING.interval_s * 1e9) if self.open else NEVER_NS
 
     def try_another(
         self,
@@ -300,7 +312,7 @@ class LatencyDoubt:
             scene: the image.
             corrects: label of the robot that each reference is which corrects its positions.
         """
-        if self._covers:
+        if self.open:
             self._cover.note(scene, corrects)
 
     def mixed(self, result: FrameResult, local: LocalMap | None) -> FrameResult:
@@ -308,7 +320,7 @@ class LatencyDoubt:
 
         Robots that no trial has are as uncertain as other latencies would displace them.
         """
-        if self.doubted or local is None or not (self._covers and result.estimates):
+        if local is None or not (self.open and result.estimates):
             return result
         alone = self._cover.widened(result.estimates)
         if self.trial is not None:

@@ -138,6 +138,8 @@ class PublishedTracks:
                 failed = attempt(doubt.update, *seen, local, self._fix_nats)
                 if failed is not None:
                     doubt.close()
+                elif doubt.long_open:
+                    self._log.warn_once("latency untold", _UNTOLD)
         if doubt is None or not doubt.active:
             return Settled()
         found = attempt(doubt.try_another, image, self._origin, self.labels)
@@ -247,6 +249,13 @@ class PublishedTracks:
         for frame in behind:
             self._guard.result(frame, self.telemetry(frame))
         self.pipeline.tracking.keep_pending(self._pending)
+
+
+_UNTOLD = (
+    "Images have not told yet whether camera.latency_s is right: covariances contain latencies of "
+    "up to 3 s either way until they do. Change speed or direction, or set camera.find_latency to "
+    "false if images and telemetry are stamped by one clock."
+)
 
 
 def _as_it_is(tracking: Tracking) -> Tracking:

@@ -171,18 +171,56 @@ def test_positions_contain_a_latency_that_is_not_found_yet(sea):
     assert beyond[1] > 4.0 * beyond[0]
 
 
-def test_a_latency_likelier_than_before_the_flight_stays_open(sea, monkeypatch):
-    """After the time in which it should be decided; and it is contained once it is closed."""
-    tuning = replace(latency_doubt.TUNING, decided_s=5.0, tried_nats=50.0, settled_nats=-50.0)
-    monkeypatch.setattr(latency_doubt, "TUNING", tuning)
-    for late_s, likelier in ((1.5, True), (0.0, False)):
-        engine, world = sea.estimator(STATED), late_world(sea, late_s)
-        sea.play(engine, world, 7.0, images=5, until_flush=False)
-        assert engine._tracks._doubt.open is likelier
-        results = sea.play(engine, world, 6.0, images=5, begin=7.1)
-        assert not engine._tracks._doubt.open
-        sigma = np.mean([one.sigma for one in results[-1].estimates])
-        assert bool(sigma > 2.0) is likelier
+def circling(sea, late_s, until_s=1e9):
+    """A world seen late by a drone on an even circle, which then flies back and forth instead."""
+
+    def drone(t):
+        turn = min(t, until_s) * math.radians(6.0)
+        aside = 8.0 * math.sin(0.5 * max(t - until_s, 0.0))
+        return 2.0 + 25.0 * math.cos(turn) + aside, 21.0 + 25.0 * math.sin(turn), 30.0
+
+    def rpy_deg(t):
+        return 0.0, 50.0, 6.0 * min(t, until_s) - 180.0
+
+    given = {"robots": ROBOTS, "pixel_sigma": 2.0}
+    world = sea.World(drone=drone, rpy_deg=rpy_deg, **given)
+    seen = sea.World(
+        drone=lambda t: drone(t - late_s), rpy_deg=lambda t: rpy_deg(t - late_s), **given
+    )
+    world.frame = seen.frame
+    return world
+
+
+def squared_error(one):
+    """Squared error of a robot that stays, in units of its covariance."""
+    off = np.array([robot(0.0) for robot in ROBOTS.values()]) - one.position
+    nearest = off[np.linalg.norm(off, axis=1).argmin()]
+    return nearest @ np.linalg.solve(one.covariance[:2, :2], nearest)
+
+
+def test_positions_contain_a_latency_that_no_image_can_tell(sea):
+    """On an even circle images look the same at any latency, turned about the circle's centre."""
+    beyond = []
+    for find in (True, False):
+        engine = sea.estimator(STATED | {"camera.find_latency": find})
+        results = sea.play(engine, circling(sea, 1.4), 45.0, images=5)
+        assert not engine.happened["latency_doubted"]
+        assert any("not told yet" in str(one) for one in engine.events) is find
+        last = [one for one in results if one.estimates][-1].estimates
+        beyond.append(np.mean([squared_error(one) for one in last]))
+    assert beyond[0] < 30.0
+    assert beyond[1] > 4.0 * beyond[0]
+
+
+def test_images_that_tell_later_close_the_question(sea):
+    engine = sea.estimator(STATED)
+    world = circling(sea, 0.0, until_s=35.0)
+    sea.play(engine, world, 35.0, images=5, until_flush=False)
+    assert engine._tracks._doubt.long_open
+    results = sea.play(engine, world, 20.0, images=5, begin=35.1)
+    assert not engine._tracks._doubt.open
+    assert not engine.happened["latency_doubted"]
+    assert errors(results, 15.0).max() < 0.5
 
 
 def test_a_doubt_that_ends_leaves_nothing_behind(sea, monkeypatch):
