@@ -32,6 +32,10 @@ class Coasting:
             name: round(config.robot_class(name).coast_s * 1e9) for name, _ in config.classes
         }
 
+    def coast_ns(self, class_id: str) -> int:
+        """Return for how long robots of a class coast, ns."""
+        return self._coast_of_class.get(class_id, self._coast_ns)
+
     def update(self, stamp_ns: int) -> set[int]:
         """Let all robots coast until an image shows them; return the rows of tracks that are lost.
 
@@ -45,7 +49,8 @@ class Coasting:
                 came_ns = min(came_ns, track.first_seen_ns)
         asked_ns: dict[str, int] = {}  # and until tracks that may be they are old
         for track in tracks:
-            if track.may_be and stamp_ns - track.first_seen_ns <= self._coast_ns:
+            age_ns = stamp_ns - track.first_seen_ns
+            if track.may_be and age_ns <= self.coast_ns(track.class_id):
                 for label in track.may_be:
                     asked_ns[label] = min(asked_ns.get(label, stamp_ns), track.first_seen_ns)
         lost, tentative, coasting = set[int](), State.TENTATIVE, State.COASTING
@@ -54,7 +59,7 @@ class Coasting:
             unseen_ns, patience_ns = stamp_ns - track.last_seen_ns, window_ns
             if track.state is not tentative:
                 track.state = coasting
-                patience_ns = self._coast_of_class.get(track.class_id, self._coast_ns)
+                patience_ns = self.coast_ns(track.class_id)
                 unseen_ns = min(came_ns, asked_ns.get(track.robot_id, came_ns)) - track.last_seen_ns
             if unseen_ns > patience_ns:
                 if track.state is tentative and not self._confirmation.robots_missing(stamp_ns):

@@ -83,7 +83,7 @@ class Tracker:
         )  # fmt: skip
         self._account = BoxAccount(self._confirmation.doubt)
         self._coasting = Coasting(self.table, self._confirmation, config)
-        self._vanished = VanishedRobots(self.table, self._confirmation, config.tracks.coast_s)
+        self._vanished = VanishedRobots(self.table, self._confirmation, self._coasting)
         self._labelling = Labelling(
             self.table, self._matcher, self._recovery, self._confirmation, self._account
         )

@@ -16,6 +16,7 @@ import numpy as np
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.model import CameraModel
 from aerial_gnss_ros.core.filter.predicted_pixels import linearise
+from aerial_gnss_ros.core.tracker.coasting import Coasting
 from aerial_gnss_ros.core.tracker.confirmation import TrackConfirmation
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.tracker.transients import TUNING as TRANSIENTS
@@ -28,12 +29,13 @@ class VanishedRobots:
     Args:
         table: the tracks.
         confirmation: knows transients, and how soon images follow one another.
-        coast_s: time for which robots may coast, s.
+        coasting: knows for how long robots may coast.
     """
 
-    def __init__(self, table: TrackTable, confirmation: TrackConfirmation, coast_s: float) -> None:
-        self._table, self._confirmation = table, confirmation
-        self._rarer = coast_s / TRANSIENTS.lifetime_s  # a robot dives than foam dissolves
+    def __init__(
+        self, table: TrackTable, confirmation: TrackConfirmation, coasting: Coasting
+    ) -> None:
+        self._table, self._confirmation, self._coasting = table, confirmation, coasting
 
     def update(self, camera: CameraModel, stamp_ns: int, passed_s: float) -> None:
         """Update with an image that robots agree with.
@@ -64,4 +66,5 @@ class VanishedRobots:
         """Return whether foam that lasted and scored like a track is likelier than a robot."""
         transients = self._confirmation.transients
         foam = transients.expected(stamp_ns, 0.0, track.known_s, track.mean_score)
-        return foam * self._rarer > 1.0
+        rarer = self._coasting.coast_ns(track.class_id) * 1e-9 / TRANSIENTS.lifetime_s
+        return foam * rarer > 1.0  # a robot dives more rarely than foam dissolves

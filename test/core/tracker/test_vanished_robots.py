@@ -45,8 +45,13 @@ def test_what_vanished_soon_is_left_out_until_it_is_seen_again(sea):
 
 @pytest.mark.parametrize(
     ("seen_s", "values"),
-    [(4.0, UNSURE), (1.5, {}), (1.5, UNSURE | {"tracks.coast_s": 12.0})],
-    ids=["it lasted", "it scores high", "robots dive often"],
+    [
+        (4.0, UNSURE),
+        (1.5, {}),
+        (1.5, UNSURE | {"tracks.coast_s": 12.0}),
+        (1.5, UNSURE | {"classes.aqua.coast_s": 12.0}),
+    ],
+    ids=["it lasted", "it scores high", "robots dive often", "its class dives often"],
 )
 def test_what_is_a_robot_rather_than_foam_coasts(sea, seen_s, values):
     gone = min(flown(sea, seen_s, values=values).values(), key=len)
