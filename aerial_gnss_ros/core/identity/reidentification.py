@@ -33,7 +33,7 @@ from aerial_gnss_ros.core.association.track import EarlierLabel, Track
 from aerial_gnss_ros.core.identity.return_assignment import Pairs, exclusive_probabilities
 from aerial_gnss_ros.core.identity.return_permutation import likeliest_permutation
 from aerial_gnss_ros.core.identity.return_position import ReturnPosition, VelocityLikelihood
-from aerial_gnss_ros.core.identity.return_rules import hidden, sure, undecided, unsettled
+from aerial_gnss_ros.core.identity.return_rules import sure, undecided, unsettled
 from aerial_gnss_ros.core.identity.return_time import AbsenceTimes
 from aerial_gnss_ros.core.identity.returns import Returns, decided
 from aerial_gnss_ros.core.models.evidence import UNCLEAR
@@ -145,7 +145,6 @@ class Reidentification:
             waits = unsettled(law, columns, age)
         else:
             waits = undecided(likely, age, ~named, unseen, pairs.absence_s)
-            waits |= hidden(came, likely, stamp_ns)
         waits &= ~named
         kept = np.flatnonzero(sure(likely, rows, columns, named, settled) & ~waits[columns])
         kept = kept[np.argsort(columns[kept])]  # those that have labels first

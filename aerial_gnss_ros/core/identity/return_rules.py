@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.models.evidence import UNCLEAR
 
 Array = NDArray[np.float64]
@@ -78,17 +77,6 @@ def undecided(likely: Array, age: Array, unnamed: Mask, unseen: Array, absence_s
     waits &= age < TUNING.look_s
     patience = TUNING.patience_s + TUNING.patience_share * unseen[rows]
     waits |= unclear & (age[unclear].min(initial=np.inf) < patience)
-    return waits
-
-
-def hidden(new: list[Track], likely: Array, stamp_ns: int) -> Mask:
-    """Return which new tracks (m,) are out of view already and may be known robots.
-
-    A new label would give no position, and only be mistaken for one more robot.
-    """
-    hidden = np.array([track.last_seen_ns < stamp_ns for track in new])
-    best = likely.max(axis=0)
-    waits: Mask = hidden & (best > UNCLEAR) & (best <= TUNING.naming_probability)
     return waits
 
 

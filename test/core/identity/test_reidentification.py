@@ -218,15 +218,6 @@ def test_a_new_label_is_given_up_as_soon_as_it_is_clear_whose_it_was():
     assert second.robots == {2: 0, 3: 1}
 
 
-def test_a_track_out_of_view_waits_rather_than_being_one_more_robot():
-    now, search = 1000 * SECOND, Reidentification(MOTION, 11.6, 180.0)
-    places = np.array([(0.0, 0.0), (2.4, 0.0), (1.1, 0.0)])
-    lost = [_crossing_view(f"aqua_{i}", (30.0, 6.0), now) for i in range(2)]
-    tracks = [*lost, _crossing_view("", (1.6, 0.3), now)]
-    found = _decide(search, tracks, [0, 1], [2], places, now)
-    assert (found.robots, found.waiting) == ({}, {2})
-
-
 def test_a_track_where_one_with_a_new_label_was_is_that_one():
     """Two old labels and a new one are candidates, the newest of the three by far the likeliest."""
     now, search = 1000 * SECOND, Reidentification(MOTION, 11.6, 180.0)

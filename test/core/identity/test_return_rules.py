@@ -7,8 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.identity.return_rules import hidden, sure, undecided, unsettled
+from aerial_gnss_ros.core.identity.return_rules import sure, undecided, unsettled
 
 ONE = np.array([0])
 
@@ -37,15 +36,6 @@ def test_those_that_surfaced_together_wait_for_their_velocities():
     law = np.array([[0.7, 0.3], [0.3, 0.7]])
     for age, waits in ((0.2, True), (1.2, False)):
         assert unsettled(law, np.arange(2), np.full(2, age)).tolist() == [waits] * 2
-
-
-@pytest.mark.parametrize(
-    ("ago_ns", "best", "waits"),
-    [(0, 0.6, False), (1, 0.6, True), (1, 0.9, False), (1, 0.01, False)],
-)
-def test_what_is_out_of_view_gets_no_new_label_if_it_may_be_known(ago_ns, best, waits):
-    track = Track("aqua", 0, 100 - ago_ns)
-    assert hidden([track], np.array([[best]]), 100).tolist() == [waits]
 
 
 @pytest.mark.parametrize(
