@@ -32,10 +32,10 @@ from aerial_gnss_ros.core.association.image_labels import NO_EVIDENCE
 from aerial_gnss_ros.core.association.track import EarlierLabel, Track
 from aerial_gnss_ros.core.identity.return_assignment import Pairs, exclusive_probabilities
 from aerial_gnss_ros.core.identity.return_permutation import likeliest_permutation
-from aerial_gnss_ros.core.identity.return_position import ReturnPosition, VelocityLikelihood
+from aerial_gnss_ros.core.identity.return_position import ReturnPosition
 from aerial_gnss_ros.core.identity.return_rules import sure, undecided, unsettled
 from aerial_gnss_ros.core.identity.return_time import AbsenceTimes
-from aerial_gnss_ros.core.identity.returns import Returns, decided
+from aerial_gnss_ros.core.identity.returns import ReturnCandidates, Returns, decided
 from aerial_gnss_ros.core.models.evidence import UNCLEAR
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
@@ -77,60 +77,30 @@ class Reidentification:
         """Forget the absences observed so far."""
         self._absences.reset()
 
-    def decide(
-        self,
-        tracks: list[Track],
-        away: list[int],
-        ready: list[int],
-        between: tuple[Array, Array],
-        velocities: VelocityLikelihood,
-        stamp_ns: int,
-        height: float,
-        newcomers: float,
-    ) -> Returns:
-        """Decide which new tracks are which robots.
-
-        Args:
-            tracks: all of them.
-            away: n rows of robots that may have been out of view.
-            ready: m rows of new tracks.
-            between: offsets (n, m, 2) from robots to new tracks, m, and covariances (n, m, 2, 2)
-                as the filter has them, m².
-            velocities: velocity likelihoods of the new tracks.
-            stamp_ns: of the image, ns.
-            height: of the camera above the water, m.
-            newcomers: expected number of new robots within `coast_s`.
-        """
+    def decide(self, given: ReturnCandidates) -> Returns:
+        """Decide which new tracks are which robots."""
+        tracks, away = given.tracks, given.away
         opened = [row for row, track in enumerate(tracks) if track.may_be]
-        pairs = _earlier(tracks, away, opened).beside(
-            self._pairs(tracks, away, ready, between, velocities, stamp_ns, height, newcomers)
-        )
-        done = self._decide(tracks, away, [*opened, *ready], len(opened), pairs, stamp_ns)
-        labels = [tracks[row].robot_id for row in away]
-        for column, row in enumerate(ready, len(opened)):
+        pairs = _earlier(tracks, away, opened).beside(self._pairs(given))
+        done = self._decide(given, [*opened, *given.ready], len(opened), pairs)
+        labels = [robot.robot_id for robot in given.robots]
+        for column, row in enumerate(given.ready, len(opened)):
             done.may_be[row] = pairs.of(column, labels)
         return done
 
     def _decide(
-        self,
-        tracks: list[Track],
-        away: list[int],
-        new: list[int],
-        opened: int,
-        pairs: Pairs,
-        stamp_ns: int,
+        self, given: ReturnCandidates, new: list[int], opened: int, pairs: Pairs
     ) -> Returns:
         """Decide which tracks are which robots.
 
         Args:
-            tracks: all of them.
-            away: n rows of robots that may have been out of view.
+            given: the robots.
             new: m rows of tracks, those first that have new labels already.
             opened: number of these.
             pairs: how robots and tracks compare.
-            stamp_ns: of the image, ns.
         """
-        named, came = np.arange(len(new)) < opened, [tracks[row] for row in new]
+        away, stamp_ns = given.away, given.stamp_ns
+        named, came = np.arange(len(new)) < opened, [given.tracks[row] for row in new]
         rows, columns = cheapest(
             pairs.place - 2.0 * np.log(pairs.odds), pairs.possible, np.zeros(len(away))
         )
@@ -139,18 +109,17 @@ class Reidentification:
         settled = settled and _coexisted([came[column] for column in columns])
         likely = exclusive_probabilities(pairs.ratio)
         age = np.array([(stamp_ns - track.first_seen_ns) * 1e-9 for track in came])
-        unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
         if settled:
             law = self._permuted(pairs, rows, columns)[1]
             waits = unsettled(law, columns, age)
         else:
-            waits = undecided(likely, age, ~named, unseen, pairs.absence_s)
+            waits = undecided(likely, age, ~named, given.unseen_s, pairs.absence_s)
         waits &= ~named
         kept = np.flatnonzero(sure(likely, rows, columns, named, settled) & ~waits[columns])
         kept = kept[np.argsort(columns[kept])]  # those that have labels first
         rows, columns = rows[kept], columns[kept]
         rows, probabilities = self._permuted(pairs, rows, columns)
-        dives = [(tracks[row].robot_id, tracks[row].last_seen_ns) for row in away]
+        dives = [(robot.robot_id, robot.last_seen_ns) for robot in given.robots]
         for column in range(len(new)):
             if column in columns or not (named[column] or waits[column]):
                 self._absences.add(pairs.absence_s[:, column], likely[:, column], dives)
@@ -164,35 +133,26 @@ class Reidentification:
             pairs.place, pairs.possible, rows, columns, pairs.absence_s, self._absences
         )
 
-    def _pairs(
-        self,
-        tracks: list[Track],
-        away: list[int],
-        ready: list[int],
-        between: tuple[Array, Array],
-        velocities: VelocityLikelihood,
-        stamp_ns: int,
-        height: float,
-        newcomers: float,
-    ) -> Pairs:
-        """Return how the robots compare with the new tracks, see `decide`."""
-        squared, _ = mahalanobis(*between)
-        possible = (squared <= self._threshold) & _possible(tracks, away, ready)
-        unseen = np.array([(stamp_ns - tracks[row].last_seen_ns) * 1e-9 for row in away])
-        gone = np.array([[_absence(tracks[old], tracks[new]) for new in ready] for old in away])
+    def _pairs(self, given: ReturnCandidates) -> Pairs:
+        """Return how the robots compare with the new tracks."""
+        known, new = given.robots, [given.tracks[row] for row in given.ready]
+        squared, _ = mahalanobis(*given.between)
+        possible = (squared <= self._threshold) & _possible(known, new)
+        gone = np.array([[_absence(robot, track) for track in new] for robot in known])
         odds = self._absences.odds(gone)
-        density, widened = self._densities(tracks, away, unseen, between, velocities)
-        known, side = [tracks[row] for row in away], TUNING.view_heights * max(height, 1.0)
-        fresh = self._positions.new_robot_density(known, between[0], side, velocities)
-        labelled, other = _labels(known, [tracks[row] for row in ready])
-        each = np.maximum(newcomers * self._absences.share(gone, unseen) * fresh * other, 1e-12)
+        density, widened = self._densities(given)
+        side = TUNING.view_heights * max(given.height, 1.0)
+        offsets, velocities = given.between[0], given.velocities
+        fresh = self._positions.new_robot_density(known, offsets, side, velocities)
+        labelled, other = _labels(known, new)
+        share = self._absences.share(gone, given.unseen_s)
+        each = np.maximum(given.newcomers * share * fresh * other, 1e-12)
         place = -2.0 * np.log(np.maximum(density * labelled, 1e-300) / each)
         likely = np.where(possible, odds * (widened * labelled), 0.0)
         # Which of the robots it is does not depend on how soon each would be expected back.
         whole = likely.sum(axis=0)
-        new = np.where(whole > 0.0, (likely * each).sum(axis=0) / np.maximum(whole, 1e-300), 1.0)
-        ratio = likely / new
-        return Pairs(possible, place, odds, ratio, gone)
+        rate = np.where(whole > 0.0, (likely * each).sum(axis=0) / np.maximum(whole, 1e-300), 1.0)
+        return Pairs(possible, place, odds, likely / rate, gone)
 
     def _with_alternatives(
         self, done: Returns, away: list[int], ready: list[int], likely: Array
@@ -215,21 +175,14 @@ class Reidentification:
                 done.unknown[new] = unknown
         return done
 
-    def _densities(
-        self,
-        tracks: list[Track],
-        away: list[int],
-        unseen: Array,
-        between: tuple[Array, Array],
-        velocities: VelocityLikelihood,
-    ) -> tuple[Array, Array]:
+    def _densities(self, given: ReturnCandidates) -> tuple[Array, Array]:
         """Return position densities (n, m), 1/m²: as stated, and widened by `doubt_m`."""
-        offsets, spread = between
+        offsets, spread = given.between
         density, widened = np.empty((2, *offsets.shape[:2]))
         more, find = TUNING.doubt_m**2 * np.eye(2), self._positions.density
-        for i, row in enumerate(away):
-            density[i] = find(tracks[row], unseen[i], offsets[i], spread[i], velocities)
-            widened[i] = find(tracks[row], unseen[i], offsets[i], spread[i] + more, velocities)
+        for i, (robot, unseen) in enumerate(zip(given.robots, given.unseen_s, strict=True)):
+            density[i] = find(robot, unseen, offsets[i], spread[i], given.velocities)
+            widened[i] = find(robot, unseen, offsets[i], spread[i] + more, given.velocities)
         return density, widened
 
 
@@ -298,10 +251,9 @@ def _earlier(tracks: list[Track], away: list[int], opened: list[int]) -> Pairs:
     return Pairs(ratio > 0.0, place, odds, ratio, absence)
 
 
-def _possible(tracks: list[Track], away: list[int], ready: list[int]) -> Mask:
+def _possible(robots: list[Track], new: list[Track]) -> Mask:
     """Return which robots (n,) can be which new tracks (m,), (n, m)."""
-    pairs = [[_can_be(tracks[old], tracks[new]) for new in ready] for old in away]
-    return np.array(pairs, dtype=np.bool_)
+    return np.array([[_can_be(old, one) for one in new] for old in robots], dtype=np.bool_)
 
 
 def _can_be(old: Track, new: Track) -> bool:

@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Decisions about new tracks and robots that were out of view."""
+"""New tracks that may be robots that were out of view, and what is decided about them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,47 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.track import EarlierLabel
+from aerial_gnss_ros.core.association.track import EarlierLabel, Track
+from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.identity.return_rules import TUNING as RULES
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ReturnCandidates:
+    """New tracks, and the robots that they may be.
+
+    Attributes:
+        tracks: all of them.
+        away: n rows of robots that may have been out of view.
+        ready: m rows of new tracks.
+        between: offsets (n, m, 2) from robots to new tracks, m, and covariances (n, m, 2, 2) as the
+            filter has them, m².
+        velocities: velocity likelihoods of the new tracks.
+        stamp_ns: of the image, ns.
+        height: of the camera above the water, m.
+        newcomers: expected number of new robots while robots may be out of view.
+    """
+
+    tracks: list[Track]
+    away: list[int]
+    ready: list[int]
+    between: tuple[Array, Array]
+    velocities: VelocityLikelihood
+    stamp_ns: int
+    height: float
+    newcomers: float
+
+    @property
+    def robots(self) -> list[Track]:
+        """The n robots that may have been out of view."""
+        return [self.tracks[row] for row in self.away]
+
+    @property
+    def unseen_s(self) -> Array:
+        """For how long the robots have been out of view (n,), s."""
+        return np.array([(self.stamp_ns - one.last_seen_ns) * 1e-9 for one in self.robots])
 
 
 @dataclass

@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.identity.label_ambiguity import Position, exchange_pro
 from aerial_gnss_ros.core.identity.labels import ConfirmedTrack, Labels
 from aerial_gnss_ros.core.identity.reidentification import Reidentification, duplicate_tracks
 from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
-from aerial_gnss_ros.core.identity.returns import Returns
+from aerial_gnss_ros.core.identity.returns import ReturnCandidates, Returns
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
 from aerial_gnss_ros.core.tracker.score_evidence import chance_of_score, scores_as_robots
@@ -288,11 +288,12 @@ class TrackConfirmation:
         away = [row for row, track in enumerate(tracks) if track.robot_id]
         if not away:
             return Returns()
-        return self._reidentification.decide(
+        newcomers = self._identity.newcomers((stamp_ns - self.rule.first_ns) * 1e-9)
+        candidates = ReturnCandidates(
             tracks, away, ready, self._table.separations(away, ready),
-            self._velocity_likelihood(ready), stamp_ns, height,
-            self._identity.newcomers((stamp_ns - self.rule.first_ns) * 1e-9),
+            self._velocity_likelihood(ready), stamp_ns, height, newcomers,
         )  # fmt: skip
+        return self._reidentification.decide(candidates)
 
     def _velocity_likelihood(self, rows: list[int]) -> VelocityLikelihood:
         """Return the velocity likelihoods of unlabelled tracks."""

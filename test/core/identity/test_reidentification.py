@@ -11,7 +11,7 @@ from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity import reidentification
 from aerial_gnss_ros.core.identity.reidentification import Reidentification, duplicate_tracks
 from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
-from aerial_gnss_ros.core.identity.returns import Returns
+from aerial_gnss_ros.core.identity.returns import ReturnCandidates, Returns
 from aerial_gnss_ros.core.models.evidence import UNCLEAR
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.values.estimates import State
@@ -55,10 +55,11 @@ def _pairs_and_odds(down, up, unseen_s, newcomers=0.1, waited_s=0.2, beside=True
     variance = MOTION.step(unseen_s, np.full(1, 1e-3))[2][0, 0] + 0.1
     spread = np.broadcast_to(variance * np.eye(2), (*offsets.shape, 2))
     n = len(down)
-    came = Reidentification(MOTION, 11.6, 180.0).decide(
+    given = ReturnCandidates(
         tracks, list(range(n)), list(range(n, len(tracks))), (offsets, spread),
         _unseen(len(up)), now, 30.0, newcomers,
     )  # fmt: skip
+    came = Reidentification(MOTION, 11.6, 180.0).decide(given)
     odds = {
         (one, other - n): p
         for one, law in came.label_probabilities.items()
@@ -141,9 +142,9 @@ def test_those_that_come_up_one_after_the_other_wait_for_the_last():
     spread = np.broadcast_to(9.0 * np.eye(2), (3, 2, 2, 2))
     for ready, waits in (([3, 4], {3, 4}), ([3], set())):
         between = offsets[:, : len(ready)], spread[:, : len(ready)]
-        came = Reidentification(MOTION, 11.6, 180.0).decide(
-            tracks, [0, 1, 2], ready, between, _unseen(len(ready)), now, 30.0, 0.1
-        )
+        unseen = _unseen(len(ready))
+        given = ReturnCandidates(tracks, [0, 1, 2], ready, between, unseen, now, 30.0, 0.1)
+        came = Reidentification(MOTION, 11.6, 180.0).decide(given)
         assert came.waiting == waits
 
 
@@ -198,8 +199,9 @@ def _crossing_view(label, seen_s, now, **more):
 def _decide(search, tracks, away, ready, places, now):
     offsets = places[ready][None] - places[away][:, None]
     spread = np.broadcast_to(1.5 * np.eye(2), (*offsets.shape, 2))
+    velocities = _unseen(len(ready))
     return search.decide(
-        tracks, away, ready, (offsets, spread), _unseen(len(ready)), now, 13.0, 0.1
+        ReturnCandidates(tracks, away, ready, (offsets, spread), velocities, now, 13.0, 0.1)
     )
 
 
