@@ -131,17 +131,17 @@ class FixLatencyDoubt:
         self._search.compare(scene, image.measured, local)
         self._compared.append((scene, image.measured))
         self._motion.update(stamp_ns, scene.in_map)
-        gains = self._gains()
-        weighed = self._prior + gains
+        gains, most = (self._told + one for one in self._search.evidence.bounds())
         self._cover.displacements = self._search.displacements()
-        self._cover.weigh(weighed + math.log(len(gains) - 1))
+        self._cover.weigh(self._prior + most + math.log(len(most) - 1))
+        weighed = self._prior + gains
         prior = math.log(LATENCY_DOUBT.elsewhere / (1.0 - LATENCY_DOUBT.elsewhere))
         likely = prior + float(np.logaddexp.reduce(weighed))
         found = likely > LATENCY_DOUBT.doubted_nats and self._is_of_the_fix(gains, local)
         self.nats = likely if found else -math.inf
         if found:
             return self._use()
-        others = np.delete(gains, self._search.evidence.configured)
+        others = np.delete(most, self._search.evidence.configured)
         right = bool(others.max() < LATENCY_DOUBT.settled_nats)
         self.open = not right and self._motion.total_s < TUNING.decided_s
         self._covers = not right
@@ -166,18 +166,14 @@ class FixLatencyDoubt:
         correction_s, sigma_s = self._search.weighed()
         if sigma_s > TUNING.known_s:
             return False
-        corrections, gains = self._search.corrections, self._gains()
+        corrections = self._search.corrections
+        gains = self._told + self._search.evidence.gains()
         self._inputs.fix_later_ns -= round(correction_s * 1e9)
         self._begin()
         # What images have told of each latency, over the one that is used now.
         told = np.interp(correction_s + self._search.corrections, corrections, gains)
         self._told = told - np.interp(correction_s, corrections, gains)
         return True
-
-    def _gains(self) -> Array:
-        """Return the log likelihood (h,) of each candidate over the present latency."""
-        gains: Array = self._told + self._search.evidence.gains()
-        return gains
 
     def note(self, scene: PosedFrame, corrects: Mapping[str, str]) -> None:
         """Note the camera of an image, whose result is to be `mixed`.

@@ -186,9 +186,9 @@ class LatencyDoubt:
             self._learn_more(stamp_ns, not measured)
             return
         self._motion.update(stamp_ns, scene.in_map)
-        gains = evidence.gains()
-        self._cover.weigh(gains)
-        far = gains[np.abs(self.search.corrections) > TUNING.settled_apart_s]
+        gains, most = evidence.bounds()
+        self._cover.weigh(most)
+        far = most[np.abs(self.search.corrections) > TUNING.settled_apart_s]
         right = float(far.max()) < TUNING.settled_nats
         self._weigh(np.delete(gains, evidence.configured))
         self._rival = rival

@@ -6,9 +6,9 @@ A latency shows whenever the camera's motion changes, and always by as much; a g
 that jumps shows once. But a candidate meets such a jump at its own time: one of +2 s two seconds
 after the configured one, and until then it seems to fit better. So each candidate is compared with
 the configured latency twice: by the same images, and by the same telemetry, which are images of
-different times. It counts as much as the lesser of the two. What happens in the images (robots that
-turn, a false box) concerns all candidates at one image; what telemetry does wrong, all at the same
-telemetry.
+different times. It counts as much as the lesser of the two, and is ruled out by the greater. What
+happens in the images (robots that turn, a false box) concerns all candidates at one image; what
+telemetry does wrong, all at the same telemetry.
 
 Two things are compared: how well boxes of labelled robots fit (`latency_bank`), and how far boxes
 are from where they should be seen again (`latency_reappearance`).
@@ -185,16 +185,28 @@ class LatencyEvidence:
         return None
 
     def gains(self, against: int | None = None) -> Array:
-        """Return the log likelihood (h,) of each candidate over one of them.
+        """Return the log likelihood (h,) of each candidate over one of them, the lesser of both.
 
         Args:
             against: index of that one; None: the configured latency. Candidates are comparable with
                 one another by what each gains over the best: over the configured latency one with
                 more images gains more.
         """
+        return np.minimum(*self._compared(against))
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return the lesser and the greater log likelihood (h,) over the configured latency.
+
+        The lesser speaks for a candidate; one is ruled out if the greater speaks against it.
+        """
+        by_images, by_telemetry = self._compared(None)
+        return np.minimum(by_images, by_telemetry), np.maximum(by_images, by_telemetry)
+
+    def _compared(self, against: int | None) -> tuple[Array, Array]:
+        """Return the log likelihoods (h,) by the same images and by the same telemetry."""
         own = self._zero if against is None else against
         used = [self._used(stretch) for stretch in self._stretches if stretch.times_s]
-        return np.minimum(self._by_images(used, own), self._by_telemetry(used, own))
+        return self._by_images(used, own), self._by_telemetry(used, own)
 
     def _used(self, stretch: Stretch) -> Used:
         """Return what counts of a stretch that has images."""

@@ -65,6 +65,15 @@ def test_telemetry_that_turns_by_itself_favours_no_latency(until_s):
     assert shown(of_telemetry(lambda at: at > 5.0), until_s).gains().max() < 1.0
 
 
+def test_what_one_comparison_leaves_open_is_not_ruled_out():
+    """Telemetry is wrong from 5 s on: -2 s meets it from 3 s on, the configured latency not yet."""
+    evidence = shown(of_telemetry(lambda at: at > 5.0), 5.0)
+    early = np.argmin(np.abs(CORRECTIONS + 2.0))
+    least, most = (bound[early] for bound in evidence.bounds())
+    assert least == evidence.gains()[early] < -3.0
+    assert most == pytest.approx(0.0, abs=1e-9)  # over the telemetry that both have seen
+
+
 def test_what_happens_in_an_image_concerns_all_candidates():
     evidence = shown(lambda t, late: np.full(len(late), 500.0 if t > 9.0 else RIGHT), 10.0)
     assert evidence.gains().max() == 0.0
