@@ -28,6 +28,7 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.fix_latency_cover import FixLatencyCover
 from aerial_gnss_ros.core.estimation.latency_doubt import ALWAYS_NS
 from aerial_gnss_ros.core.estimation.latency_doubt import TUNING as LATENCY_DOUBT
+from aerial_gnss_ros.core.estimation.latency_odds import TUNING as LATENCY_ODDS
 from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
 from aerial_gnss_ros.core.estimation.time_in_motion import TimeInMotion
 from aerial_gnss_ros.core.filter.fix_latency_search import FixLatencySearch, NearLatencySearch
@@ -81,7 +82,7 @@ class FixLatencyDoubt:
         self._of_images = NearLatencySearch(self._config, self._inputs)
         self._compared: deque[tuple[PosedFrame, dict[str, int]]] = deque(maxlen=TUNING.most_images)
         self._told = np.zeros(len(self._search.corrections))
-        self._cover = FixLatencyCover(self._search.corrections, LATENCY_DOUBT.elsewhere)
+        self._cover = FixLatencyCover(self._search.corrections, LATENCY_ODDS.elsewhere)
         self._prior = _log_prior(self._search.corrections)
         self._motion = TimeInMotion()
         self._due_ns = ALWAYS_NS
@@ -127,7 +128,7 @@ class FixLatencyDoubt:
         stamp_ns = image.frame.stamp_ns
         if image.measured is None or stamp_ns < self._due_ns:
             return False
-        self._due_ns = stamp_ns + round(LATENCY_DOUBT.interval_s * 1e9)
+        self._due_ns = stamp_ns + round(LATENCY_ODDS.interval_s * 1e9)
         self._search.compare(scene, image.measured, local)
         self._compared.append((scene, image.measured))
         self._motion.update(stamp_ns, scene.in_map)
@@ -135,14 +136,14 @@ class FixLatencyDoubt:
         self._cover.displacements = self._search.displacements()
         self._cover.weigh(self._prior + most + math.log(len(most) - 1))
         weighed = self._prior + gains
-        prior = math.log(LATENCY_DOUBT.elsewhere / (1.0 - LATENCY_DOUBT.elsewhere))
+        prior = math.log(LATENCY_ODDS.elsewhere / (1.0 - LATENCY_ODDS.elsewhere))
         likely = prior + float(np.logaddexp.reduce(weighed))
         found = likely > LATENCY_DOUBT.doubted_nats and self._is_of_the_fix(gains, local)
         self.nats = likely if found else -math.inf
         if found:
             return self._use()
         others = np.delete(most, self._search.evidence.configured)
-        right = bool(others.max() < LATENCY_DOUBT.settled_nats)
+        right = bool(others.max() < LATENCY_ODDS.ruled_out_nats)
         self.open = not right and self._motion.total_s < TUNING.decided_s
         self._covers = not right
         return False

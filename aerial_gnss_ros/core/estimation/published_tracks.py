@@ -147,7 +147,7 @@ class PublishedTracks:
             doubt.close()
         elif found is not None:
             settled = self._take_over(found)
-            self._say_latency(doubt.stamped_seldom)
+            self._say_latency(doubt.odds.stamped_seldom)
             return settled
         return Settled()
 
@@ -167,7 +167,7 @@ class PublishedTracks:
         doubt, images = self._fix_doubt, self._doubt
         if doubt is None or not doubt.open:
             return False
-        if images is not None and (images.doubted or images.stamped_seldom):
+        if images is not None and (images.doubted or images.odds.stamped_seldom):
             doubt.close()  # all telemetry is late, the fix as well
             return False
         found = attempt(doubt.update, image, scene, local)

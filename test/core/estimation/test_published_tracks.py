@@ -32,7 +32,8 @@ class Doubt:
     """Stands in for the weighing of latencies: says what a test lets it say."""
 
     def __init__(self, *_):
-        self.active, self.due_ns, self.stamped_seldom = True, 2**63, False
+        self.active, self.due_ns = True, 2**63
+        self.odds = SimpleNamespace(stamped_seldom=False)
         self.found, self.done = None, []
 
     def note(self, *_):
@@ -163,7 +164,7 @@ def test_a_trial_that_was_found_right_is_published_from_the_next_image_on(settin
     [(False, "Boxes do not fit camera.latency_s: "), (True, "Telemetry has the stamps of images")],
 )
 def test_it_is_said_once_why_the_latency_is_estimated(setting, seldom, begins):
-    setting.doubt.found, setting.doubt.stamped_seldom = setting.trial, seldom
+    setting.doubt.found, setting.doubt.odds.stamped_seldom = setting.trial, seldom
     setting.trial.pipeline.end = Settled
     for stamp_ns in (3, 4):
         setting.tracks.weigh_latency(empty_detections(stamp_ns))
