@@ -44,8 +44,8 @@ class CameraConfig:
         True,
         "Find out in flight whether images come by another latency than latency_s, and estimate it "
         "from then on; robots keep their labels. Covariances contain other latencies until images "
-        "rule them out. False: latency_s is taken for exact, unless noise.latency_s is above 0; so "
-        "it is where one clock stamps images and telemetry.",
+        "rule them out. Set it to false where one clock stamps images and telemetry: latency_s is "
+        "taken for exact then, unless noise.latency_s is above 0.",
     )
     offset_m: tuple[float, ...] = key(
         (0.0, 0.0, 0.0),

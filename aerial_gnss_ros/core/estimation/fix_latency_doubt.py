@@ -28,6 +28,7 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.fix_latency_cover import FixLatencyCover
 from aerial_gnss_ros.core.estimation.latency_doubt import ALWAYS_NS
 from aerial_gnss_ros.core.estimation.latency_doubt import TUNING as LATENCY_DOUBT
+from aerial_gnss_ros.core.estimation.latency_odds import PRIOR_NATS
 from aerial_gnss_ros.core.estimation.latency_odds import TUNING as LATENCY_ODDS
 from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
 from aerial_gnss_ros.core.estimation.time_in_motion import TimeInMotion
@@ -136,8 +137,7 @@ class FixLatencyDoubt:
         self._cover.displacements = self._search.displacements()
         self._cover.weigh(self._prior + most + math.log(len(most) - 1))
         weighed = self._prior + gains
-        prior = math.log(LATENCY_ODDS.elsewhere / (1.0 - LATENCY_ODDS.elsewhere))
-        likely = prior + float(np.logaddexp.reduce(weighed))
+        likely = PRIOR_NATS + float(np.logaddexp.reduce(weighed))
         found = likely > LATENCY_DOUBT.doubted_nats and self._is_of_the_fix(gains, local)
         self.nats = likely if found else -math.inf
         if found:

@@ -55,6 +55,9 @@ class LatencyOddsTuning:
 
 TUNING = LatencyOddsTuning()
 
+PRIOR_NATS = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))
+"""Log odds of another latency before any image."""
+
 
 class LatencyOdds:
     """Compares images with other latencies.
@@ -129,6 +132,5 @@ def _log_odds(gains: Array) -> float:
     Args:
         gains: (h - 1,) log likelihood of each over the configured one; all are as likely before.
     """
-    prior = math.log(TUNING.elsewhere / (1.0 - TUNING.elsewhere))
     best = float(gains.max())
-    return prior + best + math.log(float(np.exp(gains - best).mean()))
+    return PRIOR_NATS + best + math.log(float(np.exp(gains - best).mean()))

@@ -36,6 +36,12 @@ from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.core.values.events import Events
 
+_UNTOLD = (
+    "Images have not told yet whether camera.latency_s is right: covariances contain latencies of "
+    "up to 3 s either way until they do. Change speed or direction, or set camera.find_latency to "
+    "false if images and telemetry are stamped by one clock."
+)
+
 
 class PublishedTracks:
     """Tracks robots from image to image.
@@ -249,13 +255,6 @@ class PublishedTracks:
         for frame in behind:
             self._guard.result(frame, self.telemetry(frame))
         self.pipeline.tracking.keep_pending(self._pending)
-
-
-_UNTOLD = (
-    "Images have not told yet whether camera.latency_s is right: covariances contain latencies of "
-    "up to 3 s either way until they do. Change speed or direction, or set camera.find_latency to "
-    "false if images and telemetry are stamped by one clock."
-)
 
 
 def _as_it_is(tracking: Tracking) -> Tracking:
