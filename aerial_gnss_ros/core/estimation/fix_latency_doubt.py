@@ -9,8 +9,8 @@ says what images tell of each latency.
 Until that is decided, published covariances contain what the others make of positions. Once another
 one is 20 times likelier, and known well enough, it is to be used, and the last images to be taken
 in with it once more. Then its own correction is looked for. Where the drone flies straight on, or
-circles evenly, images tell nothing: a late fix is then nothing but elsewhere. After a minute in
-motion the question is left open for good, and covariances contain it.
+circles evenly, images tell nothing: a late fix is then nothing but elsewhere, and the question
+stays open until they tell.
 """
 
 from __future__ import annotations
@@ -47,9 +47,7 @@ class FixLatencyDoubtTuning:
     known_s: float = 0.05
     """Sigma of a latency with which it is used, s: half a step of the candidates. Judged."""
     most_images: int = 150
-    """Number of images that are kept for a comparison with late images: a minute of them."""
-    decided_s: float = 60.0
-    """Time in motion after which images are asked no more, s. Judged."""
+    """Number of images that are kept for a comparison with late ones: of one or two minutes."""
 
 
 TUNING = FixLatencyDoubtTuning()
@@ -78,7 +76,7 @@ class FixLatencyDoubt:
 
     def _begin(self) -> None:
         """Look for another latency than the present one."""
-        self.open, self._covers, self.nats = True, True, -math.inf
+        self.open, self.nats = True, -math.inf
         self._search = FixLatencySearch(self._config, self._inputs)
         self._of_images = NearLatencySearch(self._config, self._inputs)
         self._compared: deque[tuple[PosedFrame, dict[str, int]]] = deque(maxlen=TUNING.most_images)
@@ -112,8 +110,7 @@ class FixLatencyDoubt:
 
     def close(self) -> None:
         """Decide no more."""
-        self.open = self._covers = False
-        self.nats = -math.inf
+        self.open, self.nats = False, -math.inf
 
     def update(self, image: SeenImage, scene: PosedFrame, local: LocalMap) -> bool:
         """Take in an image; return whether another latency was found, and is used from now on.
@@ -129,10 +126,10 @@ class FixLatencyDoubt:
         stamp_ns = image.frame.stamp_ns
         if image.measured is None or stamp_ns < self._due_ns:
             return False
-        self._due_ns = stamp_ns + round(LATENCY_ODDS.interval_s * 1e9)
         self._search.compare(scene, image.measured, local)
         self._compared.append((scene, image.measured))
         self._motion.update(stamp_ns, scene.in_map)
+        self._due_ns = stamp_ns + round(self._motion.pause_s * 1e9)
         gains, most = (self._told + one for one in self._search.evidence.bounds())
         self._cover.displacements = self._search.displacements()
         self._cover.weigh(self._prior + most + math.log(len(most) - 1))
@@ -143,9 +140,7 @@ class FixLatencyDoubt:
         if found:
             return self._use()
         others = np.delete(most, self._search.evidence.configured)
-        right = bool(others.max() < LATENCY_ODDS.ruled_out_nats)
-        self.open = not right and self._motion.total_s < TUNING.decided_s
-        self._covers = not right
+        self.open = bool(others.max() >= LATENCY_ODDS.ruled_out_nats)
         return False
 
     def _is_of_the_fix(self, gains: Array, local: LocalMap) -> bool:
@@ -183,12 +178,12 @@ class FixLatencyDoubt:
             scene: the image.
             corrects: label of the robot that each reference is which corrects its positions.
         """
-        if self._covers:
+        if self.open:
             self._cover.note(scene, corrects)
 
     def mixed(self, result: FrameResult) -> FrameResult:
         """Return a result whose robots are as uncertain as other latencies would displace them."""
-        if not (self._covers and result.estimates):
+        if not (self.open and result.estimates):
             return result
         return replace(result, estimates=tuple(self._cover.widened(result.estimates)))
 

@@ -24,11 +24,11 @@ from dataclasses import dataclass, replace
 
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
-from aerial_gnss_ros.core.estimation.latency_odds import TUNING as ODDS
 from aerial_gnss_ros.core.estimation.latency_odds import LatencyOdds
 from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial, learn
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
 from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
+from aerial_gnss_ros.core.estimation.time_in_motion import TUNING as TIME_IN_MOTION
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.filter.restarts import TUNING as RESTARTS
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
@@ -132,7 +132,7 @@ class LatencyDoubt:
     @property
     def long_open(self) -> bool:
         """Whether it is undecided after a time in motion by which most flights have told."""
-        return self.open and self.odds.takes_long
+        return self.open and self.odds.motion.long
 
     def update(
         self, scene: PosedFrame, measured: dict[str, int], local: LocalMap, rival: float = -math.inf
@@ -158,7 +158,7 @@ class LatencyDoubt:
         if odds.nats < (TUNING.tried_nats if odds.ruled_out else TUNING.dropped_nats):
             self._drop()
         self.open = self.trial is not None or not odds.ruled_out
-        self.due_ns = stamp_ns + round(odds.pause_s * 1e9) if self.open else NEVER_NS
+        self.due_ns = stamp_ns + round(odds.motion.pause_s * 1e9) if self.open else NEVER_NS
 
     def try_another(
         self,
@@ -205,7 +205,7 @@ class LatencyDoubt:
 
     def _learn_more(self, stamp_ns: int, unlabelled: bool) -> None:
         """Go on telling which latency it is where boxes have no labels, until it is known."""
-        self.due_ns = NEVER_NS if self._again else stamp_ns + round(ODDS.interval_s * 1e9)
+        self.due_ns = NEVER_NS if self._again else stamp_ns + round(TIME_IN_MOTION.interval_s * 1e9)
         if unlabelled and self._published is not None and not self._again:
             learn(self._published, self._learnt())
 

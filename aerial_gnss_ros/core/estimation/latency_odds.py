@@ -43,14 +43,6 @@ class LatencyOddsTuning:
     apart_s: float = 0.25
     """Latencies nearer to the configured one do not keep the question open, s: they take long to
     tell apart. Judged."""
-    interval_s: float = 0.4
-    """Least time between images that are taken, s: some ten decide, each costs as much as ten in
-    the filter, and what fits badly does so for about as long, by one cause. Judged."""
-    often_s: float = 30.0
-    """Time in motion after which images are taken more seldom, s: most flights have told by then.
-    Judged."""
-    seldom_s: float = 1.0
-    """Least time between images from then on, s. Judged."""
 
 
 TUNING = LatencyOddsTuning()
@@ -71,24 +63,25 @@ class LatencyOdds:
         cover: what these make of positions.
         nats: log odds of another latency.
         ruled_out: whether images speak against every other latency.
+        motion: how long the camera has moved.
     """
 
     def __init__(self, unknown: EstimatorConfig, inputs: TelemetryBuffers) -> None:
         self.search = LatencySearch(unknown, inputs, weighs=True)
         self.cover = LatencyCover(self.search.corrections, TUNING.elsewhere)
         self.nats, self.ruled_out = -math.inf, False
-        self._motion = TimeInMotion()
+        self.motion = TimeInMotion()
 
     def interrupt(self) -> None:
         """Begin anew with other robots; what images told stays."""
         self.search.reset()
-        self._motion.interrupt()
+        self.motion.interrupt()
 
     def follow(self, former: LatencyOdds) -> None:
         """Continue with another calibration, or about another configured latency."""
         self.search.follow(former.search)
         self.nats, self.ruled_out = former.nats, former.ruled_out
-        self._motion = former._motion
+        self.motion = former.motion
 
     def update(self, scene: PosedFrame, measured: dict[str, int], local: LocalMap) -> None:
         """Take in an image.
@@ -99,7 +92,7 @@ class LatencyOdds:
             local: the frame `map`.
         """
         self.search.compare(scene, measured, local)
-        self._motion.update(scene.detections.stamp_ns, scene.in_map)
+        self.motion.update(scene.detections.stamp_ns, scene.in_map)
         evidence = self.search.evidence
         assert evidence is not None  # noqa: S101 - the search weighs
         least, most = evidence.bounds()
@@ -114,16 +107,6 @@ class LatencyOdds:
     def stamped_seldom(self) -> bool:
         """Whether telemetry has the stamps of images, and no latency is known for that reason."""
         return self.search.stamp_sigma_s > RESTARTS.sure_s
-
-    @property
-    def takes_long(self) -> bool:
-        """Whether the camera has moved for a time by which most flights have told."""
-        return self._motion.total_s > TUNING.often_s
-
-    @property
-    def pause_s(self) -> float:
-        """Least time until the next image that is to be taken, s."""
-        return TUNING.seldom_s if self.takes_long else TUNING.interval_s
 
 
 def _log_odds(gains: Array) -> float:

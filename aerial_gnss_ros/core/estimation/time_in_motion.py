@@ -1,6 +1,9 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The time for which the camera has moved or turned: only then do images tell a latency."""
+"""The time for which the camera has moved or turned: only then do images tell a latency.
+
+After a while of it, images are compared more seldom: most flights have told by then.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +25,14 @@ class TimeInMotionTuning:
     the latency, m/s. Judged."""
     turning_radps: float = math.radians(1.0)
     """The same of its rotation, rad/s. Judged."""
+    interval_s: float = 0.4
+    """Least time between images that are compared, s: some ten decide, each costs as much as ten in
+    the filter, and what fits badly does so for about as long, by one cause. Judged."""
+    often_s: float = 60.0
+    """Time in motion after which images are compared more seldom, s: most flights have told by
+    then. Judged."""
+    seldom_s: float = 1.0
+    """Least time between images from then on, s. Judged."""
 
 
 TUNING = TimeInMotionTuning()
@@ -57,3 +68,13 @@ class TimeInMotion:
         turn = float(np.linalg.norm(rotation_vector(pose.rotation @ before[1].rotation.T)))
         if way > TUNING.moving_mps * passed_s or turn > TUNING.turning_radps * passed_s:
             self.total_s += passed_s
+
+    @property
+    def long(self) -> bool:
+        """Whether the camera has moved for a time by which most flights have told."""
+        return self.total_s > TUNING.often_s
+
+    @property
+    def pause_s(self) -> float:
+        """Least time until the next image that is to be compared, s."""
+        return TUNING.seldom_s if self.long else TUNING.interval_s

@@ -115,6 +115,26 @@ def test_a_straight_flight_tells_nothing_and_covariances_say_so(sea):
         assert abs(more[1, 1]) < 1e-9
 
 
+def test_a_turn_after_a_minute_of_an_even_circle_still_tells(sea):
+    """Around the circle images tell nothing; the drone slows down at 70 s, and flies back."""
+    rate, back_s, sway = 2.0 * math.pi / 40.0, 70.0, 0.5
+
+    def angle(t):
+        after = max(0.0, t - back_s)
+        return rate * min(t, back_s) + rate / sway * math.sin(sway * after)
+
+    def around(t):
+        return 20.0 * math.cos(angle(t)), 20.0 + 20.0 * math.sin(angle(t)), 30.0
+
+    inward = lambda t: (0.0, 56.0, math.degrees(angle(t)) + 180.0)  # noqa: E731
+    engine = sea.estimator(STATED)
+    one = world(sea, 0.3, drone=around, rpy_deg=inward)
+    sea.play(engine, one, back_s, until_flush=False)
+    assert found_s(engine) is None
+    sea.play(engine, one, 25.0, begin=back_s + 0.2)
+    assert found_s(engine) == pytest.approx(0.3, abs=0.08)
+
+
 @pytest.mark.parametrize(("late_s", "rpy_deg"), [(0.3, swaying), (0.3, steady), (0.9, steady)])
 def test_late_images_are_no_late_fix(sea, late_s, rpy_deg):
     """Where the camera does not turn they move it likewise; images are late more often."""

@@ -11,7 +11,12 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.estimation import latency_doubt, latency_trial, recent_images
+from aerial_gnss_ros.core.estimation import (
+    latency_doubt,
+    latency_trial,
+    recent_images,
+    time_in_motion,
+)
 from aerial_gnss_ros.core.values.estimates import State
 
 pytestmark = pytest.mark.flights
@@ -198,6 +203,14 @@ def squared_error(one):
     return nearest @ np.linalg.solve(one.covariance[:2, :2], nearest)
 
 
+@pytest.fixture
+def soon(monkeypatch):
+    """Half a minute in motion is long: short flights show what happens then."""
+    tuning = replace(time_in_motion.TUNING, often_s=30.0)
+    monkeypatch.setattr(time_in_motion, "TUNING", tuning)
+
+
+@pytest.mark.usefixtures("soon")
 def test_positions_contain_a_latency_that_no_image_can_tell(sea):
     """On an even circle images look the same at any latency, turned about the circle's centre."""
     beyond = []
@@ -212,6 +225,7 @@ def test_positions_contain_a_latency_that_no_image_can_tell(sea):
     assert beyond[1] > 4.0 * beyond[0]
 
 
+@pytest.mark.usefixtures("soon")
 def test_images_that_tell_later_close_the_question(sea):
     engine = sea.estimator(STATED)
     world = circling(sea, 0.0, until_s=35.0)

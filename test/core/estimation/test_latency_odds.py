@@ -75,7 +75,7 @@ def test_telemetry_with_stamps_of_images_is_late_for_certain():
 def test_images_are_taken_more_seldom_after_long_motion():
     made, _ = odds([0.0] * 5, [0.0] * 5)
     paused = []
-    for second in range(33):
+    for second in range(63):
         made.update(image(second), {}, None)
-        paused.append(made.pause_s)
-    assert paused == [0.4] * 31 + [1.0] * 2
+        paused.append(made.motion.pause_s)
+    assert paused == [0.4] * 61 + [1.0] * 2

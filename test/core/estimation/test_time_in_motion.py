@@ -45,3 +45,12 @@ def test_an_interruption_does_not_count_nor_does_a_stamp_that_goes_back():
     assert motion.total_s == 0.0
     motion.update(10 * SECOND, pose(60.0))
     assert motion.total_s == 1.0
+
+
+def test_after_a_minute_in_motion_images_are_compared_each_second():
+    motion = TimeInMotion()
+    for t in range(61):
+        motion.update(t * SECOND, pose(2.0 * t))
+    assert (motion.total_s, motion.long, motion.pause_s) == (60.0, False, 0.4)
+    motion.update(61 * SECOND, pose(122.0))
+    assert (motion.long, motion.pause_s) == (True, 1.0)
