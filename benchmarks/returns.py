@@ -29,6 +29,7 @@ from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.identity.reidentification import Reidentification
 from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.identity.return_rules import TUNING as RULES
+from aerial_gnss_ros.core.identity.returns import ReturnCandidates
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.values.estimates import State
@@ -93,12 +94,13 @@ def probability(kind: str, seed: int) -> tuple[float, bool] | None:
     reach, _, noise = MOTION.step(away, np.full(1, 1e-3))
     variance = 2.0 * PLACE_M**2 + float(reach[0]) ** 2 * BEFORE_MPS**2 + float(noise[0, 0])
     offsets = back[None] - (place + reach[0] * velocity)[:, None]
-    found = Reidentification(MOTION, gate_threshold(0.997), 180.0).decide(
-        tracks, [0, 1], [2, 3],
-        (offsets, np.broadcast_to(variance * np.eye(2), (2, 2, 2, 2))),
-        VelocityLikelihood(swims, np.broadcast_to(AFTER_MPS**2 * np.eye(2), (2, 2, 2))),
-        now, HEIGHT_M, 0.1,
+    candidates = ReturnCandidates(
+        tracks, away=[0, 1], ready=[2, 3],
+        between=(offsets, np.broadcast_to(variance * np.eye(2), (2, 2, 2, 2))),
+        velocities=VelocityLikelihood(swims, np.broadcast_to(AFTER_MPS**2 * np.eye(2), (2, 2, 2))),
+        stamp_ns=now, height=HEIGHT_M, newcomers=0.1,
     )  # fmt: skip
+    found = Reidentification(MOTION, gate_threshold(0.997), 180.0).decide(candidates)
     if set(found.label_probabilities) != {0, 1}:
         return None
     law = found.label_probabilities[0]
