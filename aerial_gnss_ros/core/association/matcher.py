@@ -66,11 +66,6 @@ class Matcher:
         self._clutter = Clutter()
         self.mismatch = SceneMismatch()
 
-    @property
-    def cluttered(self) -> bool:
-        """Whether robots are missed and boxes are false so often that a new track may be none."""
-        return self._clutter.heavy
-
     def gate(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> CandidatePairs | None:
         """Return the candidate pairs of an image, None without tracks or boxes."""
         if not tracks or not len(seen.index):

@@ -30,11 +30,15 @@ from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY
 from aerial_gnss_ros.core.values.events import Events
-from aerial_gnss_ros.text.sentences import counted
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _NO_ROWS: Indices = np.zeros(0, np.intp)
+
+_TOO_FAST = (
+    "Boxes imply that a robot exceeded {} and are not used: the compass, the gimbal or "
+    "camera.latency_s may be wrong."
+)
 
 
 class JointFilter(CameraFaults):
@@ -57,7 +61,6 @@ class JointFilter(CameraFaults):
     def reset(self) -> None:
         """Reset robots and platform."""
         super().reset()
-        self._refusing = False
         self.monitor.reset()
         self.noise.reset()
 
@@ -173,8 +176,9 @@ class JointFilter(CameraFaults):
             seen: the image's detections.
             rows: (m,) of the tracks.
             columns: (m,) their detections.
-            robots: (m,) which tracks are robots. Others may be clutter, which moves as it likes and
-                is no evidence of the camera or of the noise. None: all.
+            robots: (m,) which tracks are robots. Others may be anything, a part of the drone that
+                moves along with the camera, too: they are evidence of neither the camera nor the
+                noise. None: all.
         """
         view, late = self.trajectory.view, self.restarts.late
         if not len(rows) or view is None:
@@ -193,14 +197,21 @@ class JointFilter(CameraFaults):
             (slots,) = (column_of[group.rows] >= 0).nonzero()
             if not len(slots):
                 continue
-            pixels = seen.pixels[column_of[group.rows[slots]]]
-            outcome = self._update(group, slots, pixels, view)
-            shown = slots[evident[group.rows[slots]]]
-            fit = outcome.fit_of(shown)
-            squared, count = squared + fit[0], count + fit[1]
-            if not late and self.rotation_fault.due and len(shown):
-                judged.append(self._in_view(group, shown))
-            refused.append(group.rows[outcome.refused])
+            self.restarts.apply(group, slots, view, self._stationary, self.motion)
+            known = evident[group.rows[slots]]
+            shown, others = slots[known], slots[~known]
+            pixels = seen.pixels[column_of[group.rows]]
+            if len(shown):
+                outcome = self._update(group, shown, pixels[shown], view)
+                squared, count = squared + outcome.squared, count + outcome.count
+                if not late and self.rotation_fault.due:
+                    judged.append(self._in_view(group, shown))
+                refused.append(group.rows[outcome.refused])
+                if len(outcome.refused):
+                    self.log.warn_once("too fast", _TOO_FAST.format(self.motions.words))
+            if len(others):
+                outcome = self._correct(group, others, pixels[others], view, True)
+                refused.append(group.rows[outcome.refused])
         self.restarts.done()
         if judged:
             self.rotation_fault.judge(judged, self.noise.unknown)
@@ -210,10 +221,7 @@ class JointFilter(CameraFaults):
                 squared, count, self.noise.level, turned, errors, self._stationary
             ):
                 self.log.add(sentence)
-        gone = refused[-1] if len(refused) <= 2 else np.concatenate(refused)
-        if len(gone) or self._refusing:
-            self._report_refused(len(gone))
-        return gone
+        return refused[-1] if len(refused) <= 2 else np.concatenate(refused)
 
     def _update(
         self, group: JointState, slots: Indices, pixels: Array, view: CameraView
@@ -227,9 +235,7 @@ class JointFilter(CameraFaults):
             view: the camera.
         """
         level, first = self.noise.level, group is self._groups[0]
-        self.restarts.apply(group, slots, view, self._stationary, self.motion)
-        fastest = 2.0 * self.motions.default_speed
-        outcome = correct(group, slots, pixels, view, self.model, fastest, level)
+        outcome = self._correct(group, slots, pixels, view, False)
         if not self.restarts.late:
             used = pixels[np.searchsorted(slots, outcome.slots)]
             if self.laws.update(group, first, outcome, used, view, level):
@@ -238,6 +244,12 @@ class JointFilter(CameraFaults):
         if first:
             self.laws.times.doubt_platform(self._stationary)
         return outcome
+
+    def _correct(
+        self, group: JointState, slots: Indices, pixels: Array, view: CameraView, alone: bool
+    ) -> Outcome:
+        fastest, level = 2.0 * self.motions.default_speed, self.noise.level
+        return correct(group, slots, pixels, view, self.model, fastest, level, alone)
 
     def inflate_velocities(self, rows: Indices, speed: Array | float, seconds: float) -> None:
         """Inflate velocity covariances of robots, see `StateBlocks`."""
@@ -268,14 +280,6 @@ class JointFilter(CameraFaults):
             group.manoeuvre_noise.forget()
             group.velocity_changes.discount(factor)
         self._stationary = wider * self._stationary
-
-    def _report_refused(self, refused: int) -> None:
-        if refused and not self._refusing:
-            self.log.add(
-                f"Boxes imply that {counted(refused, 'robot')} exceeded {self.motions.words} and "
-                "are not used: the compass, the gimbal or camera.latency_s may be wrong."
-            )
-        self._refusing = bool(refused)
 
     def begin(self, seen: Measurements, columns: Indices) -> None:
         """Add a robot for each of the detections `columns`, in rows after the present ones."""

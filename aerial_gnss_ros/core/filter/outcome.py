@@ -55,17 +55,6 @@ class Outcome:
         """(m, 2, 2) derivative of the pixels by the robots' East, North, px/m."""
         return self.linear.by_place
 
-    def fit_of(self, slots: Indices) -> tuple[float, int]:
-        """Return the normalised squared innovation of some robots, and its degrees of freedom."""
-        wanted = {*slots.tolist()}
-        among = np.array([slot in wanted for slot in self.slots.tolist()], np.bool_)
-        if among.all():
-            return self.squared, self.count
-        rows = np.repeat(among, 2)
-        residual = self.residual.ravel()[rows]
-        spread = self.spread[np.ix_(rows, rows)]
-        return float(residual @ np.linalg.solve(spread, residual)), len(residual)
-
     def normalised(self) -> Array:
         """Return each robot's own residual by its own covariance, (m, 2)."""
         m = len(self.slots)

@@ -56,6 +56,7 @@ def correct(
     model: PlatformModel,
     fastest: float = np.inf,
     level: float = 1.0,
+    alone: bool = False,
 ) -> Outcome:
     """Update some robots with their pixels.
 
@@ -70,6 +71,7 @@ def correct(
         model: white noise of pose and boxes.
         fastest: greatest speed of classes without their own, m/s.
         level: factor by which that noise is larger than stated, see `noise_level`.
+        alone: whether nothing but these robots is corrected: not the platform's errors, nor others.
     """
     if joint.view is not sight:
         relinearize(joint, sight)
@@ -94,12 +96,16 @@ def correct(
     if squared > TUNING.huber_planar**2 and _soften(spread, residual, pixel):
         root, white = _whitened(spread, residual)
     gain, reduction = _gain(root, by_state)
+    if alone:
+        _consider_others(gain, reduction, slots)
     joint.mean = before + white @ gain
     change, final = _iterate(joint, before, some, pixels, sight, linear, root, gain, white)
     possible = _possible(joint, some, reduction, fastest)
     if possible is not None:
         joint.mean = before
-        rest = correct(joint, slots[possible], pixels[possible], sight, model, fastest, level)
+        rest = correct(
+            joint, slots[possible], pixels[possible], sight, model, fastest, level, alone
+        )
         refused = np.concatenate([slots[~possible], rest.refused])
         return replace(rest, refused=refused)
     joint.covariance -= reduction
@@ -120,6 +126,22 @@ def _gain(root: Array, by_state: Array) -> tuple[Array, Array]:
     reduction = gain.T @ gain
     gain[:, LATENCY] = reduction[LATENCY, LATENCY] = 0.0
     return gain, reduction
+
+
+def _consider_others(gain: Array, reduction: Array, slots: Indices) -> None:
+    """Let a gain (2 m, n) correct some robots only (Schmidt filter).
+
+    What else the state has keeps mean and covariance; correlations with these robots change.
+
+    Args:
+        gain: changed in place.
+        reduction: (n, n) of the covariance, changed in place.
+        slots: of these robots.
+    """
+    others = np.ones(gain.shape[1], np.bool_)
+    others[(COUNT + 4 * slots[:, None] + np.arange(4)).ravel()] = False
+    gain[:, others] = 0.0
+    reduction[np.ix_(others, others)] = 0.0
 
 
 def _linear(joint: JointState, some: Some, mean: Array, sight: CameraView) -> Linear:

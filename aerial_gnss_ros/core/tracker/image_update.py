@@ -87,9 +87,7 @@ class ImageUpdate:
         for one, other in swaps:
             tracks[one].swap_labels(tracks[other])
         window_ns = self._rule.window_ns
-        impossible, labelled = self._table.update(
-            seen, rows, columns, stamp_ns, window_ns, self._matcher.cluttered
-        )
+        impossible, labelled = self._table.update(seen, rows, columns, stamp_ns, window_ns)
         fast = np.isin(rows, impossible)
         self._recovery.update(rows[~fast], labelled, stamp_ns, passed)
         used = columns[~fast]

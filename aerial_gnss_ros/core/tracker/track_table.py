@@ -176,9 +176,8 @@ class TrackTable:
             )
 
     def update(
-        self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int, window_ns: int,
-        cluttered: bool = False,
-    ) -> tuple[Indices, int]:  # fmt: skip
+        self, seen: Measurements, rows: Indices, columns: Indices, stamp_ns: int, window_ns: int
+    ) -> tuple[Indices, int]:
         """Update tracks with their measurements.
 
         Args:
@@ -187,16 +186,13 @@ class TrackTable:
             columns: (m,) their measurements.
             stamp_ns: of the image, ns.
             window_ns: how long hits are kept, ns.
-            cluttered: whether tracks without a label may be clutter.
 
         Returns:
             The rows whose measurements are refused because they imply an impossible speed, and how
             many of these are labelled robots without an earlier refusal since they were last seen.
         """
         tracks, labelled = self.tracks, 0
-        robots = None
-        if cluttered:
-            robots = np.array([bool(tracks[row].robot_id) for row in rows.tolist()], np.bool_)
+        robots = np.array([bool(tracks[row].robot_id) for row in rows.tolist()], np.bool_)
         refused = self.filter.correct(seen, rows, columns, robots)
         for row in refused.tolist():
             labelled += bool(tracks[row].robot_id) and not tracks[row].rejected

@@ -1,35 +1,13 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""The fit of an image: of some robots, of each by itself, and of each given all others."""
+"""The fit of an image: of each robot by itself, and of each given all others."""
 
 from __future__ import annotations
-
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.filter.outcome import Outcome
-from aerial_gnss_ros.core.filter.predicted_pixels import linearise
-from aerial_gnss_ros.core.filter.update import correct
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from three_robots import MODEL, crowd, sight
-
-
-def test_the_fit_of_some_robots_is_that_of_an_update_by_them_alone():
-    whole, alone = crowd(), crowd()
-    slots = np.array([2, 0, 1])
-    pixels = linearise(sight(), whole.mean[:7], whole.robots[slots, :2]).pixels
-    pixels = pixels + np.array([[1.5, -2.0], [0.5, 1.0], [-1.0, 0.3]])
-    outcome = correct(whole, slots, pixels, sight(), MODEL)
-    expected = correct(alone, slots[:2], pixels[:2], sight(), MODEL)
-    squared, count = outcome.fit_of(np.array([0, 2]))
-    assert (squared, count) == (pytest.approx(expected.squared), 4)
-    assert outcome.fit_of(slots) == (outcome.squared, 6)
-    assert outcome.fit_of(np.zeros(0, int)) == (0.0, 0)
 
 
 @pytest.fixture

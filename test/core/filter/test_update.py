@@ -22,7 +22,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 from three_robots import MODEL, PLACES, crowd, sight
 
 
-def test_correction_is_that_of_the_textbook():
+@pytest.mark.parametrize("alone", [False, True])
+def test_correction_is_that_of_the_textbook(alone):
+    """What is considered, not estimated, has no gain (Schmidt's filter in Joseph's form)."""
     joint = crowd()
     slots = np.array([2, 0])
     linear = linearise(sight(), joint.mean[:7], joint.robots[slots, :2])
@@ -35,11 +37,13 @@ def test_correction_is_that_of_the_textbook():
     S = H @ joint.covariance @ H.T + R
     K = joint.covariance @ H.T @ np.linalg.inv(S)
     residual = (pixels - linear.pixels).ravel()
-    K[LATENCY] = 0.0  # considered, not estimated: Schmidt's filter, its covariance in Joseph's form
+    K[LATENCY] = 0.0
+    if alone:
+        K[:7] = K[11:15] = 0.0  # the platform's errors, and the robot that is not shown
     mean = joint.mean + K @ residual
     left = np.eye(19) - K @ H
     covariance = left @ joint.covariance @ left.T + K @ R @ K.T
-    outcome = correct(joint, slots, pixels, sight(), MODEL)
+    outcome = correct(joint, slots, pixels, sight(), MODEL, alone=alone)
     np.testing.assert_allclose(joint.mean, mean, rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(joint.covariance, covariance, rtol=1e-7, atol=1e-10)
     assert outcome.count == 4

@@ -35,7 +35,7 @@ def updating(tracks=(), impossible=(), swaps=()):
     encounters = SimpleNamespace(update=lambda _, __, columns, *___: (columns, swaps))
     evidence = SimpleNamespace(uncontradicted=lambda _, __, ___, rows, columns: (rows, columns))
     recovery = SimpleNamespace(update=lambda rows, *of: done.append((rows.tolist(), *of)))
-    matcher = SimpleNamespace(gate=lambda *_: None, cluttered=False)
+    matcher = SimpleNamespace(gate=lambda *_: None)
     return ImageUpdate(table, matcher, encounters, evidence, recovery, RULE), matcher, done
 
 
