@@ -132,7 +132,8 @@ class FixLatencyDoubt:
         self._due_ns = stamp_ns + round(self._motion.pause_s * 1e9)
         gains, most = (self._told + one for one in self._search.evidence.bounds())
         self._cover.displacements = self._search.displacements()
-        self._cover.weigh(self._prior + most + math.log(len(most) - 1))
+        agreed = self._told + self._search.evidence.agreed()
+        self._cover.weigh(self._prior + agreed + math.log(len(most) - 1))
         weighed = self._prior + gains
         likely = PRIOR_NATS + float(np.logaddexp.reduce(weighed))
         found = likely > LATENCY_DOUBT.doubted_nats and self._is_of_the_fix(gains, local)

@@ -96,7 +96,7 @@ class LatencyOdds:
         evidence = self.search.evidence
         assert evidence is not None  # noqa: S101 - the search weighs
         least, most = evidence.bounds()
-        self.cover.weigh(most)
+        self.cover.weigh(evidence.agreed())
         far = most[np.abs(self.search.corrections) > TUNING.apart_s]
         self.ruled_out = float(far.max()) < TUNING.ruled_out_nats
         self.nats = (

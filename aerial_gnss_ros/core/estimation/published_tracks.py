@@ -37,9 +37,10 @@ from aerial_gnss_ros.core.values.estimates import FrameResult
 from aerial_gnss_ros.core.values.events import Events
 
 _UNTOLD = (
-    "Images have not told yet whether camera.latency_s is right: covariances contain latencies of "
-    "up to 3 s either way until they do. Change speed or direction, or set camera.find_latency to "
-    "false if images and telemetry are stamped by one clock."
+    "Images have not told yet whether camera.latency_s is right: until they do, covariances "
+    "contain others of up to 3 s either way, all together with a chance of one in ten. Change "
+    "speed or direction, or set camera.find_latency to false if images and telemetry are stamped "
+    "by one clock."
 )
 
 

@@ -6,9 +6,9 @@ A latency shows whenever the camera's motion changes, and always by as much; a g
 that jumps shows once. But a candidate meets such a jump at its own time: one of +2 s two seconds
 after the configured one, and until then it seems to fit better. So each candidate is compared with
 the configured latency twice: by the same images, and by the same telemetry, which are images of
-different times. It counts as much as the lesser of the two, and is ruled out by the greater. What
-happens in the images (robots that turn, a false box) concerns all candidates at one image; what
-telemetry does wrong, all at the same telemetry.
+different times. It is found by the lesser of the two, ruled out by the greater, and as likely as
+both agree. What happens in the images (robots that turn, a false box) concerns all candidates at
+one image; what telemetry does wrong, all at the same telemetry.
 
 Two things are compared: how well boxes of labelled robots fit (`latency_bank`), and how far boxes
 are from where they should be seen again (`latency_reappearance`).
@@ -202,6 +202,11 @@ class LatencyEvidence:
         by_images, by_telemetry = self._compared(None)
         return np.minimum(by_images, by_telemetry), np.maximum(by_images, by_telemetry)
 
+    def agreed(self) -> Array:
+        """Return what both comparisons say (h,): the lesser in size, 0 where they contradict."""
+        least, most = self.bounds()
+        return np.asarray(np.clip(0.0, least, most))
+
     def _compared(self, against: int | None) -> tuple[Array, Array]:
         """Return the log likelihoods (h,) by the same images and by the same telemetry."""
         own = self._zero if against is None else against
@@ -219,8 +224,8 @@ class LatencyEvidence:
 
         Telemetry that is rounded or interpolated has another error at each candidate's time, which
         is in no noise that was stated. Then images favour now one candidate and now another. If
-        noise is as stated, differences with the mean m have the variance 4 m (-2 log likelihoods of
-        Gaussian errors); if it is s² more, n of them tell n m² / 2 s² at most.
+        noise is as stated, differences with the mean m have the variance 4 |m| (-2 log likelihoods
+        of Gaussian errors); if it is s² more, n of them tell n m² / 2 s² at most, for or against.
         """
         count, total, squares = np.zeros((3, len(self._corrections)))
         for _, cost, each in used:
@@ -231,10 +236,10 @@ class LatencyEvidence:
             squares += np.square(apart).sum(axis=0)
         count = np.maximum(count, 1.0)
         mean = total / count
-        unmodelled = squares / count - mean**2 - 4.0 * np.maximum(mean, 0.0)
+        unmodelled = squares / count - mean**2 - 4.0 * np.abs(mean)
         variance = np.maximum(unmodelled, 0.0) + TUNING.least_variance
         sure = 0.5 * count * mean**2 / variance
-        return np.asarray(np.minimum(total / (2.0 * TUNING.caution), sure))
+        return np.asarray(np.clip(total / (2.0 * TUNING.caution), -sure, sure))
 
     @property
     def configured(self) -> int:

@@ -108,9 +108,9 @@ def test_what_images_told_before_is_not_lost(sea, monkeypatch):
         results = sea.play(engine, world, 24.0, images=5)
         assert engine.happened["latency_doubted"] == 1
         flown.append(float(np.sqrt(np.mean(errors(results, 14.0) ** 2))))
-    assert flown[0] < 0.25
+    assert flown[0] < 0.3
     assert flown[1] > 2.0 * flown[0]
-    assert flown[1] > 0.3
+    assert flown[1] > 0.35
 
 
 def test_a_trial_is_published_once_it_has_caught_up(sea, monkeypatch):

@@ -103,6 +103,15 @@ def test_images_that_contradict_one_another_tell_little():
     # Variance of 8.5 squared, of which 4 * 1.5 are explained, and 1 more.
     expected = 0.5 * 75 * 1.5**2 / (8.5**2 - 6.0 + 1.0)
     assert shown(differ, 30.0).gains().max() == pytest.approx(expected, rel=0.2)
+    against = shown(lambda t, late: -differ(t, late), 30.0)
+    assert against._compared(None)[0].min() == pytest.approx(-expected, rel=0.2)
+
+
+def test_covariances_contain_what_both_comparisons_agree_on(monkeypatch):
+    evidence = LatencyEvidence(CORRECTIONS[28:33])
+    both = np.array([3.0, -2.0, 0.0, -4.0, 1.0]), np.array([1.0, -5.0, 0.0, 6.0, -7.0])
+    monkeypatch.setattr(evidence, "_compared", lambda _: both)
+    assert evidence.agreed().tolist() == [1.0, -2.0, 0.0, 0.0, 0.0]
 
 
 def test_a_stretch_between_gaps_stands_for_itself():
