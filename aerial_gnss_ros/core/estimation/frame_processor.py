@@ -20,6 +20,7 @@ from aerial_gnss_ros.core.estimation.published_tracks import PublishedTracks
 from aerial_gnss_ros.core.estimation.result_queue import ResultQueue
 from aerial_gnss_ros.core.estimation.state_file import NameKeeper
 from aerial_gnss_ros.core.estimation.time_base import TimeBase
+from aerial_gnss_ros.core.estimation.unmatched_telemetry import UnmatchedTelemetry
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry
@@ -67,6 +68,7 @@ class FrameProcessor:
         self._wait_ns = round((config.max_wait + late_s) * 1e9)
         self._images = ImageQueue(dropped)
         self._found_again = FoundAgain()
+        self._unmatched = UnmatchedTelemetry(log)
         self.results = ResultQueue()
 
     @property
@@ -99,7 +101,7 @@ class FrameProcessor:
 
     def receive_image(self, frame: DetectionFrame) -> None:
         """Queue an image until telemetry of its scene arrives."""
-        if self._images.add(self._time.shifted(frame)):
+        if self._images.add(self._time.shifted(frame), self._inputs.newest_ns()):
             self._finish_first()
 
     def receive_fix(self, fix: Fix) -> str:
@@ -138,6 +140,7 @@ class FrameProcessor:
             self._log.add(f"{decision}; its earlier telemetry is discarded.")
             return
         self._finish_all()
+        self._unmatched.reset()
         by_ns = self._time.step_ns(decision, passed_s, self._images.last_ns)
         if by_ns is None or self._tracks.pipeline.latency.searches:
             cleared = "telemetry and tracks are cleared, and robots get new labels"
@@ -160,10 +163,13 @@ class FrameProcessor:
 
     def _finish_first(self, final: bool = True) -> bool:
         """Process the oldest image; return False if it must keep waiting."""
-        frame = self._images.waiting[0].frame
+        image = self._images.waiting[0]
+        frame = image.frame
         samples = self._tracks.telemetry(frame)
         if isinstance(samples, MissingTelemetry) and samples.can_arrive and not final:
             return False
+        scene_ns = frame.stamp_ns - self._tracks.pipeline.latency.scene_ns
+        self._unmatched.update(scene_ns, samples, image.newest_ns)
         result = self._tracks.result(frame, samples)
         self._images.pop()  # by now: an exception that ends the program leaves it in the queue
         self.results.add(self._time.stamped(result))

@@ -6,9 +6,11 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
+from aerial_gnss_ros.core.values.rejection import Input
 
 MAX_WAITING = 4096
 """Greatest number of waiting images: 30 s at 130 Hz. Older ones are refused to bound memory."""
@@ -20,10 +22,12 @@ class WaitingImage:
 
     Attributes:
         frame: its boxes.
+        newest_ns: the newest time of each input when it arrived, ns.
         since_ns: node time from which it waits, ns; None: not yet set.
     """
 
     frame: DetectionFrame
+    newest_ns: Mapping[Input, int] = field(default_factory=dict)
     since_ns: int | None = None
 
 
@@ -47,8 +51,13 @@ class ImageQueue:
         self.last_ns: int | None = None
         self._dropped = dropped
 
-    def add(self, frame: DetectionFrame) -> bool:
-        """Queue an image; return whether too many wait."""
+    def add(self, frame: DetectionFrame, newest_ns: Mapping[Input, int]) -> bool:
+        """Queue an image; return whether too many wait.
+
+        Args:
+            frame: its boxes.
+            newest_ns: the newest time of each input now, ns.
+        """
         stamp_ns, waiting = frame.stamp_ns, self.waiting
         place = bisect_left(waiting, stamp_ns, key=_stamp)
         waits = place < len(waiting) and _stamp(waiting[place]) == stamp_ns
@@ -57,7 +66,7 @@ class ImageQueue:
         elif self.last_ns is not None and stamp_ns < self.last_ns:
             self._dropped["out_of_order"] += 1
         else:
-            waiting.insert(place, WaitingImage(frame))
+            waiting.insert(place, WaitingImage(frame, newest_ns))
         return len(waiting) > MAX_WAITING
 
     def tick(self, now_ns: int) -> None:

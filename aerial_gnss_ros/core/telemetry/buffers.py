@@ -238,6 +238,11 @@ class TelemetryBuffers:
             found.append([one + late_ns for one in sent])
         return found
 
+    def newest_ns(self) -> dict[Input, int]:
+        """Return the time of the newest sample of each input on a topic that has any, ns."""
+        found = {source: series.last_stamp_ns for source, series in self._series.items()}
+        return {source: stamp_ns for source, stamp_ns in found.items() if stamp_ns is not None}
+
     def at(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry:
         """Return all telemetry at the time of a scene, or the missing input."""
         values = self._constants.copy()

@@ -71,6 +71,7 @@ class Setting:
         self.kept, self.fix_trouble = [], ""
         self.inputs = SimpleNamespace(
             fix_later_ns=0,
+            newest_ns=dict,
             plausibility=SimpleNamespace(agreed_s=7.0),
             forget=lambda names: self.done.append(("forget", *names)),
             clear=lambda kept=(): self.done.append(("clear", *kept)),

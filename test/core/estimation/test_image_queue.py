@@ -13,7 +13,7 @@ from aerial_gnss_ros.core.values.detection_frame import empty_detections
 def _queue(*stamps):
     queue = ImageQueue(Counter())
     for stamp_ns in stamps:
-        queue.add(empty_detections(stamp_ns))
+        queue.add(empty_detections(stamp_ns), {})
     return queue
 
 
@@ -33,7 +33,7 @@ def test_a_stamp_is_taken_once_and_none_before_the_last_one():
     queue = _queue(10, 20, 20)
     queue.pop()
     for stamp_ns in (10, 9, 11):
-        queue.add(empty_detections(stamp_ns))
+        queue.add(empty_detections(stamp_ns), {})
     assert _taken(queue) == [11, 20]
     assert queue._dropped == {"duplicate": 2, "out_of_order": 1}
 
@@ -59,4 +59,4 @@ def test_a_prediction_lies_between_the_last_image_and_the_next():
 def test_it_says_when_too_many_wait():
     queue = _queue(*range(MAX_WAITING))
     assert len(queue.waiting) == MAX_WAITING
-    assert queue.add(empty_detections(MAX_WAITING))
+    assert queue.add(empty_detections(MAX_WAITING), {})

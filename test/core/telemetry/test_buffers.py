@@ -67,6 +67,15 @@ def filled(times, values=None):
     return inputs
 
 
+def test_the_newest_time_is_that_of_inputs_that_sent_something():
+    config = estimator_config({"height.latency_s": 0.25})
+    inputs = TelemetryBuffers(config)
+    for source in (Input.FIX, Input.HEIGHT):
+        for stamp in (2 * 10**9, 10**9):
+            inputs.add(source, SENT[source](stamp))
+    assert inputs.newest_ns() == {Input.FIX: 2_000_000_000, Input.HEIGHT: 1_750_000_000}
+
+
 def test_the_oldest_sample_of_a_scene_is_that_of_the_worst_input():
     inputs = filled({Input.FIX: (0.9, 1.1), Input.GIMBAL: (0.95, 1.3), Input.HEIGHT: (1.0, 1.2)})
     assert inputs.at(10**9).oldest_age_s == pytest.approx(0.3)
