@@ -18,6 +18,7 @@ from aerial_gnss_ros.core.estimation.area_file import load_area
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.estimation.health import RobotSummary, summary
 from aerial_gnss_ros.core.numerics import linear_assignment
+from aerial_gnss_ros.core.telemetry.arrivals import UNFILLED_NS
 from aerial_gnss_ros.core.telemetry.input_status import InputState
 from aerial_gnss_ros.core.telemetry.reference_places import is_reference
 from aerial_gnss_ros.core.values.estimates import FrameResult, State
@@ -150,7 +151,8 @@ class EstimatorNode(SupervisedNode):
 
     def _tell_of_recording(self, stamp_ns: int, now_ns: int) -> None:
         """Report a recording that is played without its clock."""
-        if now_ns - stamp_ns < RECORDED_S * SECOND_NS or not self._feed.stamps_on_arrival:
+        recent = now_ns - stamp_ns < RECORDED_S * SECOND_NS
+        if recent or stamp_ns == UNFILLED_NS or not self._feed.stamps_on_arrival:
             return
         self.warn_seldom(
             f"images are stamped {utc(stamp_ns)}, but this node's clock says {utc(now_ns)[:10]}: "

@@ -146,6 +146,26 @@ def test_diagnostics_tell_inputs_robots_and_refusals(ros, hovering):
     assert float(values["stated noise"]["heading_sigma_deg"]) == pytest.approx(1.5, abs=0.01)
 
 
+def test_images_without_a_stamp_are_an_error_that_names_them(ros, hovering):
+    node = ros.add(EstimatorNode())
+    arrays, logged = [], []
+    panel = ros.node("panel")
+    panel.create_subscription(DiagnosticArray, "/diagnostics", arrays.append, 10)
+    panel.create_subscription(message_class("rcl_interfaces/msg/Log"), "/rosout", logged.append, 10)
+    drone = hovering()
+    drone.telemetry(drone.now_ns)
+    for _ in range(3):
+        drone.boxes({"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "camera"})
+    ros.spin_until(lambda: node._estimator.dropped == {"no_stamp": 3})
+    arrays.clear()
+    ros.spin_until(lambda: arrays)
+    lines = {status.name: status for status in arrays[-1].status}
+    assert lines["estimator: detections"].level == ERROR
+    assert "(3 of 3): its stamp is 0" in lines["estimator: detections"].message
+    told = [one.msg for one in logged if "stamp" in one.msg]
+    assert [one.split(":")[0] for one in told] == ["Messages on detections are refused"]
+
+
 def test_before_simulated_time_begins_nothing_is_taken(ros, hovering, tmp_path):
     path = tmp_path / "p.yaml"
     path.write_text("use_sim_time: true\n")

@@ -49,7 +49,7 @@ class Estimator:
 
     Attributes:
         dropped: images that gave no result: `duplicate` stamp, `out_of_order` (older than the last
-            one processed), or `wrong_stamp` (an outlier).
+            one processed), `wrong_stamp` (an outlier), or `no_stamp` (0: never filled in).
 
     Raises:
         ConfigError: the state file is damaged or its folder is missing.

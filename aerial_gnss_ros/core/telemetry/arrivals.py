@@ -11,12 +11,16 @@ from typing import Protocol
 from aerial_gnss_ros.core.telemetry.clock import DETECTIONS, Clock
 from aerial_gnss_ros.core.telemetry.stamp_decision import Decision, Verdict
 from aerial_gnss_ros.core.values.events import Events
+from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.text.sentences import counted
 
 MAX_HELD = 4096
 """Greatest number of waiting messages; the oldest are refused."""
 
-WRONG_STAMP = "wrong_stamp"
+WRONG_STAMP, NO_STAMP = "wrong_stamp", "no_stamp"
+
+UNFILLED_NS = 0
+"""Stamp of a message whose sender filled none in, ns: the default of ROS messages."""
 
 
 class Counted(Protocol):
@@ -64,6 +68,10 @@ class Arrivals:
             stamp_ns: its stamp, ns.
             keep: stores it.
         """
+        # What holds until replaced needs no time: without a stamp it holds from the beginning.
+        if stamp_ns == UNFILLED_NS and name not in self._clock.held:
+            self._refuse_unfilled(name)
+            return
         verdict = self._clock.judge(name, stamp_ns)
         if verdict in (Verdict.RETURNS, Verdict.ELSEWHERE):
             self._refuse(name)
@@ -116,6 +124,17 @@ class Arrivals:
             f"{_side(apart_s)}, while other inputs continued. Check the clock that stamps it.",
         )
 
+    def _refuse_unfilled(self, name: str) -> None:
+        """Refuse a message without a stamp: nobody knows which time it belongs to."""
+        self._tallies[name].refuse("its stamp is 0, which its sender never filled in")
+        if name == DETECTIONS:
+            self._dropped[NO_STAMP] += 1
+        self._log.warn_once(
+            f"unfilled {name}",
+            f"Messages on {name} are refused: their stamp is 0, which their sender never filled "
+            f"in; {_unfilled_advice(name)}.",
+        )
+
     def _let_silent_in(self) -> None:
         silent = self._clock.silent()
         for name in silent:
@@ -132,6 +151,15 @@ class Arrivals:
             else:
                 self._tallies[name].undo_refusal()
                 self.receive(name, stamp_ns, keep)
+
+
+def _unfilled_advice(name: str) -> str:
+    """Return what to check where an input has no stamps."""
+    if name == DETECTIONS:
+        return "detections have the stamp of their image: check the camera's driver"
+    if name in {source.value for source in Input}:
+        return f"check its driver, or set {name}.stamp to arrival"
+    return "check its driver"
 
 
 def _side(apart_s: float) -> str:

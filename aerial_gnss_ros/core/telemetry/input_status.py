@@ -100,10 +100,10 @@ class MessageCounter:
     def status(self, name: str, newest_ns: int | None, patience_ns: int) -> InputStatus:
         """Return the input's status; it is stale if too far behind the newest image."""
         state = InputState.OK
-        if self.last_stamp_ns is None:
-            state = InputState.WAITING
-        elif self.refused:
+        if self.refused:
             state = InputState.BAD
+        elif self.last_stamp_ns is None:
+            state = InputState.WAITING
         elif newest_ns is not None and newest_ns - self.last_stamp_ns > patience_ns:
             state = InputState.STALE
         elif self.trouble:

@@ -94,9 +94,9 @@ def test_a_fix_that_is_no_use_or_too_far_away_is_counted_and_reported_once():
 @pytest.mark.parametrize(("last_s", "reported"), [(LONG_S, 0), (LONG_S + 0.1, 1)])
 def test_an_input_of_no_use_for_long_is_reported_again(last_s, reported):
     door = Door()
-    door.intake.add(Input.HEIGHT, Scalar(0, 20.0))
+    door.intake.add(Input.HEIGHT, Scalar(SECOND, 20.0))
     for t in (*np.arange(0.5, last_s, 0.5).tolist(), last_s):
-        door.intake.add(Input.HEIGHT, Scalar(round(t * SECOND), math.nan))
+        door.intake.add(Input.HEIGHT, Scalar(round((1.0 + t) * SECOND), math.nan))
     again = [one for one in door.log.drain() if one.startswith("No message on height has been of")]
     assert len(again) == reported
 
@@ -112,7 +112,7 @@ def test_a_message_that_cannot_be_read_or_is_unknown_is_counted():
 def test_an_exception_while_a_sample_is_kept_is_its_trouble(monkeypatch):
     door = Door()
     monkeypatch.setattr(door.inputs, "add", lambda *_: 1 // 0)
-    door.intake.add(Input.HEIGHT, Scalar(0, 20.0))
+    door.intake.add(Input.HEIGHT, Scalar(SECOND, 20.0))
     assert door.status("height").trouble.startswith("it cannot be kept (ZeroDivisionError: ")
 
 

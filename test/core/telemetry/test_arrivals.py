@@ -18,8 +18,13 @@ FAR_S = 100.0
 """Stamps from here on are far off until they are believed."""
 
 
+INPUTS = ("fix", "gimbal", "detections", "camera_info", "reference_buoy")
+
+
 class Judge:
     """Stands in for the clock: a test says what stamps are."""
+
+    held = ("camera_info",)
 
     def __init__(self):
         self.believed = set()
@@ -65,7 +70,7 @@ class Door:
 
     def __init__(self):
         self.clock, self.log, self.dropped, self.got = Judge(), Events(), Counter(), []
-        self.tallies = {name: MessageCounter() for name in ("fix", "gimbal", "detections")}
+        self.tallies = {name: MessageCounter() for name in INPUTS}
         self.arrivals = Arrivals(self.clock, self.tallies, self.dropped, self.log, self.got.append)
 
     def send(self, *messages):
@@ -123,6 +128,32 @@ def test_what_still_waits_in_the_end_is_refused_once_for_each_input():
     assert door.dropped == {arrivals.WRONG_STAMP: 1}
     door.arrivals.flush()
     assert door.log.drain() == []
+
+
+@pytest.mark.parametrize(
+    ("name", "advice"),
+    [
+        ("fix", "fix.stamp to arrival."),
+        ("detections", "the camera's driver."),
+        ("reference_buoy", "check its driver."),
+    ],
+)
+def test_a_stamp_that_nobody_filled_in_is_refused_and_reported_once(name, advice):
+    door = Door()
+    assert door.send((name, 0.0), (name, 0.0), (name, 1e-9)) == [
+        (name, 1e-9)
+    ]  # time may begin at 0
+    assert door.tallies[name].bad == 2
+    assert door.dropped == ({arrivals.NO_STAMP: 2} if name == "detections" else {})
+    (words,) = door.log.drain()
+    assert words.startswith(f"Messages on {name} are refused: their stamp is 0")
+    assert words.endswith(advice)
+
+
+def test_what_holds_until_replaced_needs_no_stamp():
+    door = Door()
+    assert door.send(("camera_info", 0.0)) == [("camera_info", 0.0)]
+    assert (door.tallies["camera_info"].bad, door.log.drain()) == (0, [])
 
 
 def test_a_pause_that_ends_lets_in_what_waits():

@@ -56,6 +56,8 @@ def test_an_input_whose_stamps_are_refused_is_bad_however_old():
     counter.undo_refusal()
     assert counter.status("fix", 99 * SECOND, SECOND).state is InputState.STALE
     counter.refuse("again")
+    counter.reset_stamps()  # as if no message had ever had a stamp
+    assert counter.status("fix", 99 * SECOND, SECOND).state is InputState.BAD
     counter.add(99 * SECOND)
     assert counter.status("fix", 99 * SECOND, SECOND).state is InputState.OK
 
