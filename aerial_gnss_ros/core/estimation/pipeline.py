@@ -214,7 +214,9 @@ class Pipeline:
         pose = self._posing.pose(samples)
         if isinstance(pose, Reason):
             if self._posing.trouble:
-                self._log.warn_once(self._posing.trouble, self._posing.trouble)
+                # The sentence has numbers, which differ from image to image.
+                self._log.counts[f"images_{pose}"] += 1
+                self._log.warn_once(f"pose {pose}", self._posing.trouble)
             return pose
         if math.isnan(pose.altitude) and not self._altitude_told:
             self._altitude_told = True

@@ -145,6 +145,18 @@ def test_altitudes_that_are_not_known_are_explained_once(sea, datum, words):
     assert words in reported
 
 
+def test_a_climb_beyond_the_limits_is_reported_once_and_counted(sea):
+    line, world = Line(sea), sea.World()
+    for t in range(10):
+        height = 10_001.0 + t
+        scene = SceneTelemetry(sea.stamp(t), world.fix(t), None, world.gimbal(t), height, 0.0, 0.05)
+        refused = {one.reason for one in line.result(sea, scene, t).rejections}
+        assert refused == {Reason.BAD_HEIGHT}
+    (words,) = line.log.drain()
+    assert words.startswith("A camera 10001.0 m above the water")
+    assert line.log.counts == {"images_bad_height": 10}
+
+
 def test_a_place_that_map_does_not_cover_is_a_bad_fix(sea):
     line = Line(sea, {"map.latitude_deg": 14.9})
     assert {one.reason for one in line.result(sea).rejections} == {Reason.BAD_FIX}
