@@ -81,6 +81,10 @@ class Verdict:
     replaced: bool = False
 
 
+def _anywhere(_: object) -> bool:
+    return True
+
+
 class Continuity(Generic[Place]):
     """Tests samples against earlier ones.
 
@@ -91,6 +95,7 @@ class Continuity(Generic[Place]):
         settle_s: duration after which a run is accepted against any other, s.
         frozen_s: time for which a sensor may repeat one value while the platform moves, s.
         must_vary: never accept a new run that repeats one exact value.
+        usable: whether a new run may be accepted at a sample.
     """
 
     def __init__(
@@ -102,6 +107,7 @@ class Continuity(Generic[Place]):
         *,
         frozen_s: float = 0.0,
         must_vary: bool = False,
+        usable: Callable[[Place], bool] = _anywhere,
     ) -> None:
         self._distance = distance
         self._step = step
@@ -109,6 +115,7 @@ class Continuity(Generic[Place]):
         self._settle_s = settle_s
         self._frozen_s = frozen_s
         self._must_vary = must_vary
+        self._usable = usable
         self._runs: list[SampleRun[Place]] = []
         self._last: SampleRun[Place] | None = None
 
@@ -164,7 +171,7 @@ class Continuity(Generic[Place]):
         return self._distance(run.place, place) / (self._step + self._speed * since_s)
 
     def _outlasts(self, run: SampleRun[Place], believed: SampleRun[Place]) -> bool:
-        if self._must_vary and not run.varied:
+        if (self._must_vary and not run.varied) or not self._usable(run.place):
             return False
         return run.lasted_s >= max(LEAST_S, min(believed.lasted_s, self._settle_s))
 

@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -64,9 +65,12 @@ class Plausibility:
         self._places: Continuity[Place] = Continuity(
             distance, limits.fix_step_m, limits.speed_mps, limits.fix_settle_s, frozen_s=FROZEN_S
         )
-        self._heights = self._vertical()
+        self._water_m = config.water_level.value_m
+        self._surface_m = config.surface.altitude
+        self._heights = self._vertical(self._height_sees)
         # Without a height the fix's altitude replaces it.
-        self._altitudes = self._vertical() if config.height.source == "none" else None
+        replaced = config.height.source == "none"
+        self._altitudes = self._vertical(self._altitude_sees) if replaced else None
         self._levels: Continuity[float] = Continuity(
             _difference, limits.water_step_m, 0.0, WATER_SETTLE_S
         )
@@ -74,10 +78,19 @@ class Plausibility:
         self._repetitions = {Input.ATTITUDE: Repetition(), Input.GIMBAL: Repetition()}
         self._moved = ""
 
-    def _vertical(self) -> Continuity[float]:
+    def _vertical(self, usable: Callable[[float], bool]) -> Continuity[float]:
         limits = self._limits
         step, speed, settle_s = limits.height_step_m, limits.climb_mps, limits.height_settle_s
-        return Continuity(_difference, step, speed, settle_s, must_vary=True)
+        return Continuity(_difference, step, speed, settle_s, must_vary=True, usable=usable)
+
+    def _height_sees(self, height: float) -> bool:
+        """Return whether a camera at a height, m, sees robots: otherwise it contradicts nothing."""
+        return self._limits.height_min_m < height - self._water_m <= self._limits.height_max_m
+
+    def _altitude_sees(self, altitude: float) -> bool:
+        """Return the same of an altitude, m, that replaces the height."""
+        above_m = altitude - self._surface_m
+        return self._limits.height_min_m < above_m <= self._limits.height_max_m
 
     def pop_relocation(self) -> str:
         """Return, once, a sentence on why earlier samples were from a wrong position.
@@ -166,6 +179,7 @@ class Plausibility:
         if verdict.replaced:
             self._moved = f"The water is {verdict.distance:.0f} m from where it was before"
         if verdict.accepted:
+            self._water_m = level.value
             return ""
         return (
             f"{level.value:g} m is {verdict.distance:.0f} m from the previous level: water does "
