@@ -68,7 +68,7 @@ class FrameProcessor:
         self._wait_ns = round((config.max_wait + late_s) * 1e9)
         self._images = ImageQueue(dropped)
         self._found_again = FoundAgain()
-        self._unmatched = UnmatchedTelemetry(log)
+        self._unmatched = UnmatchedTelemetry(config.max_wait, log)
         self.results = ResultQueue()
 
     @property

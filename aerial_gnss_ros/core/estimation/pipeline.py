@@ -210,7 +210,7 @@ class Pipeline:
     def _pose(self, samples: SceneTelemetry | MissingTelemetry) -> CameraPose | Reason:
         """Return the camera's pose if `map` is valid there, or why there is none."""
         if isinstance(samples, MissingTelemetry):
-            return self._lacking(samples)
+            return samples.reason
         pose = self._posing.pose(samples)
         if isinstance(pose, Reason):
             if self._posing.trouble:
@@ -223,19 +223,6 @@ class Pipeline:
             why = _NO_ALTITUDE[self._config.fix.altitude_datum]
             self._log.warn_once("altitude", f"Published altitudes are NaN: {why}")
         return pose if self._origin.covers(pose.latitude, pose.longitude) else Reason.BAD_FIX
-
-    def _lacking(self, samples: MissingTelemetry) -> Reason:
-        """Return why there is no telemetry; report an input with another time."""
-        if samples.later_s > self._config.max_wait:
-            name = str(samples.reason).removeprefix("no_")
-            self._log.warn_once(
-                f"later {name}",
-                f"The oldest {name} is {samples.later_s:.1f} s later than an image, which is "
-                f"refused ({samples.reason}). If it arrived no later, their clocks differ: "
-                f"{name}.stamp selects a message's header or its arrival, and a bag played in a "
-                "loop has headers that start again and arrivals that continue.",
-            )
-        return samples.reason
 
     def _scene(
         self, boxes: DetectionFrame, samples: SceneTelemetry | MissingTelemetry

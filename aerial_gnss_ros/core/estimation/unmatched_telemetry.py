@@ -1,6 +1,6 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Reports an input that images wait for in vain: it arrives late, or clocks differ."""
+"""Reports an input that never matches the images: it arrives late, or clocks differ."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from aerial_gnss_ros.core.values.rejection import Input
 
 
 class UnmatchedTelemetry:
-    """Reports, once for each input, that all images of `LONG_S` waited for it in vain.
+    """Reports, once for each input, that it begins after an image, or ends before all of `LONG_S`.
 
     Args:
+        max_wait: longest wait of images for telemetry, s.
         log: receives the sentences.
     """
 
-    def __init__(self, log: Events) -> None:
+    def __init__(self, max_wait: float, log: Events) -> None:
+        self._max_wait = max_wait
         self._log = log
         self.reset()
 
@@ -36,16 +38,30 @@ class UnmatchedTelemetry:
             samples: telemetry at that time, or what is missing.
             newest_ns: the newest time of each input when the image arrived, ns.
         """
-        source = _late_input(samples) if isinstance(samples, MissingTelemetry) else None
+        source = None
+        if isinstance(samples, MissingTelemetry):
+            source = _late_input(samples)
+            if samples.later_s > self._max_wait:
+                self._tell_later(samples)
         if source is None or source is not self._source:
             self._source, self._since_ns = source, scene_ns
         elif scene_ns - self._since_ns >= LONG_S * 1e9 and source in newest_ns:
-            self._tell(source, (scene_ns - newest_ns[source]) * 1e-9)
+            self._tell_earlier(source, (scene_ns - newest_ns[source]) * 1e-9)
 
-    def _tell(self, source: Input, earlier_s: float) -> None:
+    def _tell_later(self, samples: MissingTelemetry) -> None:
+        name = samples.reason.value.removeprefix("no_")
+        self._log.warn_once(
+            f"later {name}",
+            f"The oldest {name} is {samples.later_s:.1f} s later than an image, which is "
+            f"refused ({samples.reason}). If it arrived no later, their clocks differ: "
+            f"{name}.stamp selects a message's header or its arrival, and a bag played in a "
+            "loop has headers that start again and arrivals that continue.",
+        )
+
+    def _tell_earlier(self, source: Input, earlier_s: float) -> None:
         # Measured at the arrival: while an image waits, newer samples hide part of the difference.
         self._log.warn_once(
-            f"unmatched {source}",
+            f"earlier {source}",
             f"All images of {LONG_S:.0f} s are refused (stale_{source}): when the last one "
             f"arrived, the newest {source} was {earlier_s:.1f} s earlier than it. If {source} "
             f"arrives at once, their clocks differ: {source}.stamp selects a message's header or "

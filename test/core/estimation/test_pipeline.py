@@ -104,17 +104,6 @@ def test_without_telemetry_robots_coast_with_the_boxes_in_view(sea):
     assert line.log.drain() == []
 
 
-@pytest.mark.parametrize(("later", "reported"), [(0.9, 0), (1.1, 1)])
-def test_telemetry_that_begins_long_after_an_image_is_reported_once(sea, later, reported):
-    line = Line(sea)
-    lacking = MissingTelemetry(Reason.NO_FIX, False, later * line.config.max_wait)
-    for t in (1.0, 1.1):
-        line.result(sea, lacking, t)
-    words = line.log.drain()
-    assert len(words) == reported
-    assert all(one.startswith("The oldest fix is") for one in words)
-
-
 def test_boxes_of_a_picture_that_stands_still_are_no_evidence_of_robots(sea):
     line = Line(sea)
     line.pipeline._frozen.image_frozen = lambda *_: True

@@ -22,10 +22,18 @@ NO_FIX = MissingTelemetry(Reason.NO_FIX, can_arrive=False)
 def sentences(images):
     """Return what is said of images (time of the scene, s, and its telemetry); fix ends at 60 s."""
     log = Events()
-    unmatched = UnmatchedTelemetry(log)
+    unmatched = UnmatchedTelemetry(3.0, log)
     for t, samples in images:
         unmatched.update(round(t * SECOND), samples, {Input.FIX: 60 * SECOND})
     return log.drain()
+
+
+@pytest.mark.parametrize(("later_s", "reported"), [(2.9, 0), (3.1, 1)])
+def test_an_input_that_begins_long_after_an_image_is_reported_once(later_s, reported):
+    lacking = MissingTelemetry(Reason.NO_FIX, False, later_s)
+    told = sentences([(50.0, lacking), (50.1, lacking)])
+    assert len(told) == reported
+    assert all(one.startswith("The oldest fix is 3.1 s later than an image") for one in told)
 
 
 def test_an_input_that_is_late_for_10_s_is_reported_once_with_its_distance():
