@@ -16,6 +16,7 @@ from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.area_of_operation import Polygon
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.area_file import load_area
+from aerial_gnss_ros.core.estimation.image_bounds import ImageBounds
 from aerial_gnss_ros.core.estimation.reference_classes import ReferenceClasses
 from aerial_gnss_ros.core.estimation.single_image import at_own_points, exact_points
 from aerial_gnss_ros.core.faults.camera_change import CameraChange
@@ -84,6 +85,8 @@ class Pipeline:
         self._camera_change = CameraChange(log)
         self._checks = PointChecks(config, load_area(config.detections.area), log)
         self._references = ReferenceClasses(config.references, log)
+        given = config.camera.source == "topic"
+        self._bounds = ImageBounds("camera_info" if given else "camera.image_width_px", log)
         if config.noise.exact and config.method == "filter":
             names = ", ".join(f"noise.{name}" for name in config.noise.exact)
             log.warn_once(
@@ -234,6 +237,7 @@ class Pipeline:
         pose, camera = self._pose(samples), self._inputs.cameras.at(boxes.stamp_ns)
         if isinstance(camera, Reason):
             return camera, None if isinstance(pose, Reason) else pose
+        self._bounds.update(boxes, camera)
         if isinstance(pose, Reason):
             return pose, None
         local = self._origin.local
