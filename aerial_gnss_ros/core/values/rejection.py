@@ -104,7 +104,8 @@ _MEANINGS = {
 }
 _FAMILIES = {
     "no": "{} never arrived, or only for later times than this image's",
-    "stale": "{} did not arrive within max_wait, or repeats itself during a motion",
+    "stale": "{} did not arrive within max_wait or before the recording ended, or repeats itself "
+    "during a motion",
     "gap": "{} has a gap longer than max_gap here",
     "bad": "{} was unusable: not finite, no fix, no rotation, or implausible",
 }

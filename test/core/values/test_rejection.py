@@ -24,6 +24,7 @@ def test_the_designs_words_are_there():
 def test_every_reason_is_explained():
     meanings = {reason.meaning for reason in Reason}
     assert len(meanings) == len(Reason)
+    assert "before the recording ended" in Reason.STALE_FIX.meaning
     assert Reason.GAP_HEIGHT.meaning == "height has a gap longer than max_gap here"
 
 
