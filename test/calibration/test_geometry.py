@@ -120,7 +120,7 @@ def test_rays_that_miss_the_water_meet_nothing():
 
 
 def test_some_boxes_keep_their_own_cameras():
-    wide = CameraModel(1280, 720, "plumb_bob", np.diag([500.0, 500.0, 1.0]), np.zeros(5))
+    wide = CameraModel.from_focal_length(0.005, 0.0128, None, 1280, 720)
     rays = np.arange(9.0).reshape(3, 3)
     both = ((CAMERA, np.array([0, 2])), (wide, np.array([1])))
     every = np.arange(3)

@@ -22,6 +22,7 @@ from aerial_gnss_ros.core.camera.validation import (
     as_matrix,
     as_vector,
     check_size,
+    check_view,
     check_whole_image,
     checked_coefficients,
     checked_matrix,
@@ -75,6 +76,7 @@ class CameraModel:
             own.setflags(write=False)
             object.__setattr__(self, name, own)
         check_size(self.width, self.height)
+        check_view(self.K, self.width, self.height, self.model)
         if self.D.any():
             self._check_middle()
 

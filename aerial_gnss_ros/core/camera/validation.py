@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,7 +18,13 @@ LARGEST_COEFFICIENT = 1e6
 """Greatest plausible distortion coefficient; rational models fitted to too little data reach some
 thousands."""
 
-MODELS = ("plumb_bob", "rational_polynomial", "equidistant")
+WIDEST_DEG = {"plumb_bob": 170.0, "rational_polynomial": 170.0, "equidistant": 360.0}
+"""Field of view that no lens of a model exceeds. A lens that keeps lines straight has cos⁴(85 deg),
+a seventeen-thousandth, of its light at the edges of 170 deg, and the widest that are made see 130
+deg; with barrel distortion a lens sees more than K says. A fisheye's picture is a circle that may
+be smaller than the image: only the middle half must show less than there is."""
+
+MODELS = tuple(WIDEST_DEG)
 
 
 def check_size(width: int, height: int) -> None:
@@ -87,6 +94,37 @@ def checked_matrix(matrix: ArrayLike, name: str) -> Array:
             "[[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx and fy above 0."
         )
     return K
+
+
+def check_view(K: Array, width: int, height: int, model: str) -> None:
+    """Refuse a valid camera matrix (3, 3) that does not belong to an image of this size.
+
+    Lenses stand in front of the middle of their sensors, so the principal point of a whole image
+    is near its middle. A region of interest moves it, but leaves it in the image: one beside the
+    optical axis would look where the camera does not point.
+    """
+    for name, middle, side in (("cx", K[0, 2], width), ("cy", K[1, 2], height)):
+        if not 0.0 < middle < side:
+            raise CameraError(
+                f"The camera's principal point is not in its image: {name} is {middle:g} px, and "
+                f"the image has {width} x {height} px; calibrate it in pixels of the image as it "
+                "is sent."
+            )
+    for name, focal, middle, side in (
+        ("fx", K[0, 0], K[0, 2], width),
+        ("fy", K[1, 1], K[1, 2], height),
+    ):
+        if model == "equidistant":
+            part, across = "the middle half", 0.5 * min(width, height) / focal
+        else:
+            part, across = "it", math.atan(middle / focal) + math.atan((side - middle) / focal)
+        if math.degrees(across) > WIDEST_DEG[model]:
+            raise CameraError(
+                f"The camera's image has {width} x {height} px and {name} is {focal:g} px, so "
+                f"{part} would show {math.degrees(across):.1f} deg, where no {model} lens shows "
+                f"more than {WIDEST_DEG[model]:g} deg; calibrate it in pixels of the image as it "
+                "is sent."
+            )
 
 
 def checked_rotation(matrix: Array) -> Array:

@@ -20,6 +20,10 @@ def _with(row, column, value):
     return matrix
 
 
+def _matrix(fx, fy):
+    return np.array([[fx, 0.0, 320.0], [0.0, fy, 240.0], [0.0, 0.0, 1.0]])
+
+
 @pytest.mark.parametrize("size", [(0, 480), (640, 0), (-1, 480), (640, -480)])
 def test_an_image_without_pixels_is_refused(size):
     validation.check_size(1, 1)
@@ -76,6 +80,41 @@ def test_a_camera_matrix_that_cannot_be_is_refused(matrix, words):
     np.testing.assert_array_equal(validation.checked_matrix(skewed, "K"), skewed)
     with pytest.raises(CameraError, match=words):
         validation.checked_matrix(matrix, "K")
+
+
+@pytest.mark.parametrize(
+    ("fx", "fy", "model", "words"),
+    [
+        # 2 atan(320 / 27.5) = 170.18 deg, 2 atan(240 / 20.6) = 170.19 deg, 240 / 38.1 = 360.9 deg
+        (27.5, 510.0, "plumb_bob", "640 x 480 px and fx is 27.5 px, so it would show 170.2 deg"),
+        (500.0, 20.6, "rational_polynomial", "fy is 20.6 px, so it would show 170.2 deg"),
+        (5.0, 5.1, "plumb_bob", "fx is 5 px, so it would show 178.2 deg"),
+        (38.1, 38.1, "equidistant", "fx is 38.1 px, so the middle half would show 360.9 deg"),
+        (500.0, 5.1, "equidistant", "fy is 5.1 px, so the middle half would show 2696.3 deg"),
+    ],
+)
+def test_a_view_wider_than_any_lens_of_the_model_is_refused(fx, fy, model, words):
+    for wide in ((28.1, 21.1, "plumb_bob"), (38.3, 38.3, "equidistant")):
+        validation.check_view(_matrix(wide[0], wide[1]), 640, 480, wide[2])
+    with pytest.raises(CameraError, match=words):
+        validation.check_view(_matrix(fx, fy), 640, 480, model)
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        (0, 0.0, "cx is 0 px, and the image has 640 x 480 px"),
+        (0, 640.0, "cx is 640 px"),
+        (0, -1.0, "cx is -1 px"),
+        (1, 480.0, "cy is 480 px"),
+        (1, 0.0, "cy is 0 px"),
+    ],
+)
+def test_a_principal_point_is_in_its_image(column, value, words):
+    for region in (1.0, 479.0):  # of a camera's image; it may have the point near an edge
+        validation.check_view(_with(column, 2, region), 640, 480, "plumb_bob")
+    with pytest.raises(CameraError, match=words):
+        validation.check_view(_with(column, 2, value), 640, 480, "plumb_bob")
 
 
 @pytest.mark.parametrize("matrix", [1.001 * np.eye(3), np.diag([1.0, 1.0, -1.0]), np.zeros((3, 3))])
