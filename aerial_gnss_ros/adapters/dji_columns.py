@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from aerial_gnss_ros.adapters.dji_flight import METRES_PER_FOOT
@@ -47,6 +47,8 @@ EXPECTED = (
     "height_above_takeoff(feet), pitch(degrees), compass_heading(degrees), gimbal_pitch(degrees)"
 )
 _SHOWN = 60
+_POINTS = str.maketrans(",.", ".,")
+"""A point beside a decimal comma separates thousands; as a comma it makes no number."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +60,14 @@ class Columns:
         index: column by quantity.
         metres: factor that converts the height to metres.
         unit: its unit in words.
+        decimal_comma: whether numbers have a comma where others have a point.
     """
 
     header: tuple[str, ...]
     index: dict[str, int]
     metres: float
     unit: str
+    decimal_comma: bool = False
 
     def __contains__(self, wanted: str) -> bool:
         return wanted in self.index
@@ -76,6 +80,20 @@ class Columns:
         """Return a field's text; empty if the row is too short."""
         place = self.index[wanted]
         return row[place].strip() if place < len(row) else ""
+
+    def numeral(self, wanted: str, row: Sequence[str]) -> str:
+        """Return a field's text with a decimal point."""
+        text = self.text(wanted, row)
+        return text.translate(_POINTS) if self.decimal_comma else text
+
+    def for_rows(self, rows: Sequence[Sequence[str]]) -> Columns:
+        """Return the columns with the decimal sign of a file's rows.
+
+        A latitude has no thousands to separate, so a comma in one is a decimal comma.
+        """
+        latitudes = [self.text("latitude", row) for row in rows]
+        commas, points = (sum(sign in text for text in latitudes) for sign in ",.")
+        return replace(self, decimal_comma=commas > points)
 
 
 def match_columns(path: Path, header: Sequence[str]) -> Columns:
@@ -120,11 +138,11 @@ def seconds(columns: Columns, row: Sequence[str], index: int, rate_hz: float) ->
         ValueError: the field is not a time.
     """
     if "time_s" in columns:
-        return float(columns.text("time_s", row))
+        return float(columns.numeral("time_s", row))
     if "time_ms" in columns:
-        return float(columns.text("time_ms", row)) * 1e-3
+        return float(columns.numeral("time_ms", row)) * 1e-3
     if "time_text" in columns:
-        return _duration(columns.text("time_text", row))
+        return _duration(columns.numeral("time_text", row))
     return index / rate_hz
 
 

@@ -45,7 +45,7 @@ _MOST_COLUMNS = 5000
 def read_csv(path: Path, rate_hz: float) -> DjiLog:
     """Read a flight-record CSV; see `dji_log.read_dji_log`."""
     header, rows, first_line = _read_rows(path)
-    columns = match_columns(path, header)
+    columns = match_columns(path, header).for_rows(rows)
     values, kept, refused = _numbers(rows, columns, first_line, rate_hz)
     if len(kept) < 2:
         why = f" ({summarise_refusals(refused)})" if refused else ""
@@ -104,7 +104,7 @@ def _numbers(
     last_time = -math.inf
     for index, row in enumerate(rows):
         try:
-            value = {n: float(columns.text(n, row)) if n in columns else 0.0 for n in _NUMBERS}
+            value = {n: float(columns.numeral(n, row)) if n in columns else 0.0 for n in _NUMBERS}
             value["time"] = seconds(columns, row, index, rate_hz)
         except (ValueError, OverflowError):
             refused.append(RefusedRow(first_line + index, "a value is missing or not a number"))
@@ -184,6 +184,8 @@ def _statements(columns: Columns, rate_hz: float, relative: bool) -> tuple[str, 
         "-90 deg is straight down; given as camera FLU in ENU"
     )
     more = []
+    if columns.decimal_comma:
+        more.append("numbers: with a decimal comma")
     if "gimbal_yaw" in columns and not relative:
         more.append(f"gimbal yaw: {columns.name('gimbal_yaw')} is from north")
     if "video" in columns:

@@ -88,6 +88,33 @@ def test_another_separator_is_read(tmp_path, separator, named):
     assert len(log.recordings_s) == 1
 
 
+@pytest.mark.parametrize(("separator", "quote"), [(";", ""), ("\t", ""), (",", '"')])
+def test_numbers_with_a_decimal_comma_are_read(tmp_path, separator, quote):
+    header, *rows = VIEWER.splitlines()[1:]
+    lines = [header.replace(",", separator)]
+    for row in rows:
+        fields = [field.replace(".", ",") for field in row.split(",")]
+        lines.append(separator.join(f"{quote}{field}{quote}" for field in fields))
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines))
+    log = read_dji_log(path)
+    assert log.stamps_ns.tolist() == [1_000_000_000, 1_100_000_000, 1_200_000_000]
+    assert np.degrees([log.latitude[0], log.longitude[0]]) == pytest.approx([13.2, -59.6])
+    assert log.height[0] == pytest.approx(30.48)
+    assert "numbers: with a decimal comma" in log.statements
+
+
+def test_a_point_beside_decimal_commas_makes_no_number(tmp_path):
+    header = "OSD.latitude;OSD.longitude;OSD.height [m];OSD.pitch;OSD.yaw;GIMBAL.pitch\n"
+    path = tmp_path / "log.csv"
+    path.write_text(header + "13,2;-59,6;999,5;0;0;-90\n" * 2 + "13,2;-59,6;1.000;0;0;-90\n")
+    log = read_dji_log(path)
+    assert log.height.tolist() == [999.5, 999.5]
+    assert [(row.line, row.reason) for row in log.refused] == [
+        (4, "a value is missing or not a number")
+    ]
+
+
 @pytest.mark.parametrize("name", ["a.csv", "a.srt"])
 @pytest.mark.parametrize(
     "content",
