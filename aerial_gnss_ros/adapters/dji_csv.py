@@ -65,7 +65,7 @@ def read_csv(path: Path, rate_hz: float) -> DjiLog:
         ),
         refused=tuple(refused),
         statements=_statements(columns, rate_hz, relative),
-        guesses=_guesses(columns, relative, float(values["height"].min())),
+        guesses=_guesses(columns, relative, float(values["height"].min()), _most_angle(values)),
         recordings_s=_recordings(columns, [rows[i] for i in kept], times),
         clock_ns=log_start_ns(columns, [rows[i] for i in kept], times),
     )
@@ -151,6 +151,11 @@ def _gimbal_heading(
     return (heading + own if relative else own), relative
 
 
+def _most_angle(values: dict[str, Array]) -> float:
+    """Return the greatest size of all angles as the file has them."""
+    return max(float(np.abs(values[name]).max()) for name in _ANGLES)
+
+
 def _recordings(
     columns: Columns, rows: list[list[str]], times: Array
 ) -> tuple[tuple[float, float], ...]:
@@ -195,7 +200,7 @@ def _statements(columns: Columns, rate_hz: float, relative: bool) -> tuple[str, 
     return f"height: {name} ({columns.unit}), {kind}", attitude, gimbal, f"time: {time}", *more
 
 
-def _guesses(columns: Columns, relative: bool, lowest: float) -> tuple[str, ...]:
+def _guesses(columns: Columns, relative: bool, lowest: float, most_angle: float) -> tuple[str, ...]:
     absent = [
         words
         for key, words in (
@@ -212,6 +217,11 @@ def _guesses(columns: Columns, relative: bool, lowest: float) -> tuple[str, ...]
         guesses.append(
             f"gimbal yaw: {columns.name('gimbal_yaw')} stays near 0 while the nose turns, so it "
             "is assumed relative to the nose, not to north"
+        )
+    if most_angle <= math.tau:
+        guesses.append(
+            f"angles: assumed in degrees, though none is beyond {most_angle:.4g}, so that all "
+            "could be radians; if they are, convert them to degrees and import again"
         )
     if not has_unit(columns):
         guesses.append(f"height unit: {columns.name('height')} has none, assumed m")

@@ -77,6 +77,19 @@ def test_a_gimbal_yaw_that_is_from_the_nose_is_found_out(tmp_path):
     assert not any("nose" in guess for guess in read_dji_log(path).guesses)
 
 
+@pytest.mark.parametrize(
+    ("yaw", "pitch", "asked"),
+    [("4.1068", "-1.5708", True), ("-3.1416", "0", True), ("6.3", "0", False), ("0", "-90", False)],
+)
+def test_angles_that_could_be_radians_are_asked_about(tmp_path, yaw, pitch, asked):
+    header = "OSD.latitude,OSD.longitude,OSD.height [m],OSD.pitch,OSD.yaw,GIMBAL.pitch\n"
+    path = tmp_path / "log.csv"
+    path.write_text(header + f"13,-59,20,0,0,0\n13,-59,20,0,{yaw},{pitch}\n")
+    found = [guess for guess in read_dji_log(path).guesses if "could be radians" in guess]
+    assert len(found) == asked
+    assert not asked or f"none is beyond {abs(float(yaw)):.4g}," in found[0]
+
+
 @pytest.mark.parametrize("separator", [";", "\t"])
 @pytest.mark.parametrize("named", [True, False])
 def test_another_separator_is_read(tmp_path, separator, named):
