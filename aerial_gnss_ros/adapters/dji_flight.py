@@ -19,7 +19,8 @@ from aerial_gnss_ros.text.sentences import counted
 METRES_PER_FOOT = 0.3048
 HEIGHT_GUESS = (
     "height: assumed to be above the water, which the log does not know; if you took off from "
-    "higher up, or the tide changed, give water_level.value_m"
+    "higher up, or the tide changed, import again with --water-level, the water's level above the "
+    "take-off point"
 )
 BELOW_HOME = (
     "height: down to {lowest:.1f} m, which is below the take-off point: you took off above the "

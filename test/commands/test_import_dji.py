@@ -83,6 +83,7 @@ def test_refused_rows_are_listed_by_reason(tmp_path, capsys):
     assert len(read(tmp_path / "bag")["/height"]) == 3
     assert run(write_log(tmp_path, rows), tmp_path / "again", "--json", "--namespace", "d1") == 0
     summary = json.loads(capsys.readouterr().out)
+    assert "import again with --water-level" in summary["guesses"][0]
     assert summary["refused_lines"] == {"an angle out of range": [3, 5]}
     assert summary["messages"]["/d1/height"] == 3
 
