@@ -27,6 +27,7 @@ from aerial_gnss_ros.core.config.schema import (
     flatten,
     leaves,
     type_hints,
+    unknown,
     without_empty_groups,
 )
 from aerial_gnss_ros.core.values.errors import ConfigError, InputError
@@ -231,23 +232,12 @@ def _shares(
     """Give each node its values of a section; a value that no node knows is refused."""
     shares: dict[str, dict[str, Any]] = {node: {} for node, _ in matched}
     for name, value in flat.items() if matched else ():
-        takers = [pair for pair in matched if _knows(pair[1], name)] or _nearest(matched, name)
+        takers = [pair for pair in matched if _knows(pair[1], name)]
+        if not takers:
+            raise unknown(name, (leaf.name for _, one in matched for leaf in leaves(one)))
         for node, schema in takers:
             shares[node].update(checked(schema, {name: value}))
     return shares
-
-
-def _nearest(
-    matched: Sequence[tuple[str, type[Any]]], name: str
-) -> Sequence[tuple[str, type[Any]]]:
-    """Return the node for which an unknown key was probably meant, for the better suggestion."""
-    first = name.split(".", 1)[0]
-    near = [
-        pair
-        for pair in matched
-        if any(leaf.name.split(".", 1)[0] == first for leaf in leaves(pair[1]))
-    ]
-    return (near or list(matched))[-1:]
 
 
 def _knows(schema: type[Any], name: str) -> bool:

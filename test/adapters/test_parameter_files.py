@@ -87,6 +87,10 @@ def test_use_sim_time_is_kept_for_ros(tmp_path):
     ("text", "sentence"),
     [
         (ROS.format("/**", "max_wiat: 2.0"), "max_wiat is not a parameter; did you mean max_wait?"),
+        (
+            "max_gap: 2.0",
+            "did you mean fix.max_gap, attitude.max_gap, gimbal.max_gap or height.max_gap?",
+        ),
         ("fix: {altitude_dtum: home}", "fix.altitude_dtum is not a parameter; did you mean"),
         # known, but to the other node
         (ROS.format("/**/estimator", "rate: 5.0"), "rate is not a parameter"),

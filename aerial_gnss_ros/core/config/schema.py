@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
@@ -22,6 +22,9 @@ T = TypeVar("T")
 
 LEAST_SIZE = 1e-30
 """Smallest size of a number that is not 0: squares and their inverses are finite."""
+_SUGGESTED = 5
+_ALIKE = 0.5
+"""Least share of common letters in a misspelt name, as difflib counts it."""
 
 
 @dataclass(frozen=True)
@@ -227,17 +230,43 @@ def build(cls: type[T], values: Mapping[str, Any], prefix: str = "") -> T:
     flat = without_empty_groups(flatten(values), known)
     for name in flat:
         if name not in known:
-            raise ConfigError(f"{cut(name)} is not a parameter{_suggest(name, known)}")
+            raise unknown(name, known)
     checked = {name: check(known[name], value) for name, value in flat.items()}
     return _assemble(cls, checked, prefix)
 
 
-def _suggest(name: str, known: Mapping[str, Leaf]) -> str:
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    if not near:
-        last = name.rsplit(".", 1)[-1]
-        near = [candidate for candidate in known if candidate.rsplit(".", 1)[-1] == last][:1]
-    return f"; did you mean {near[0]}?" if near else "; remove it, or see the files in config/."
+def unknown(name: str, known: Iterable[str]) -> ConfigError:
+    """Return the error about a name that is no parameter, with those that were probably meant.
+
+    Args:
+        name: dotted.
+        known: dotted names of parameters.
+    """
+    meant = _meant(name, list(dict.fromkeys(known)))
+    if not meant:
+        return ConfigError(
+            f"{cut(name)} is not a parameter; remove it, or see the files in config/."
+        )
+    if len(meant) > _SUGGESTED:
+        meant = [*meant[:_SUGGESTED], f"one of {len(meant) - _SUGGESTED} more"]
+    *others, last = meant
+    named = f"{', '.join(others)} or {last}" if others else last
+    return ConfigError(f"{cut(name)} is not a parameter; did you mean {named}?")
+
+
+def _meant(name: str, known: Sequence[str]) -> list[str]:
+    """Return the parameters that a name without its group, or a misspelt one, may stand for."""
+    by_last: dict[str, list[str]] = {}
+    for candidate in known:
+        by_last.setdefault(_last(candidate), []).append(candidate)
+    whole = difflib.get_close_matches(name, known, n=1, cutoff=_ALIKE)
+    last = difflib.get_close_matches(_last(name), by_last, n=1, cutoff=_ALIKE)
+    same = by_last.get(_last(name)) or (by_last[last[0]] if last else [])
+    return same or whole if "." not in name else whole or same
+
+
+def _last(name: str) -> str:
+    return name.rsplit(".", 1)[-1]
 
 
 def _assemble(cls: type[T], checked: Mapping[str, Any], prefix: str) -> T:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from aerial_gnss_ros.core.config.schema import build, flatten, group, key, leaves
+from aerial_gnss_ros.core.config.schema import build, flatten, group, key, leaves, unknown
 from aerial_gnss_ros.core.values.errors import ConfigError
 
 
@@ -76,6 +76,20 @@ def test_a_truth_value_is_accepted_where_its_word_is_a_choice():
 def test_numbers_whose_squares_vanish_are_refused(value):
     with pytest.raises(ConfigError, match=r"inner\.ratio must be 0 or at least 1e-30 in size"):
         build(Outer, {"inner.ratio": value})
+
+
+def test_a_name_without_its_group_names_every_parameter_that_ends_so():
+    known = ["wait", "fix.gap", "gimbal.gap", *(f"{place}.topic" for place in "abcdefg")]
+    for name, meant in (
+        ("gap", "did you mean fix.gap or gimbal.gap?"),
+        ("gpa", "did you mean fix.gap or gimbal.gap?"),
+        ("topic", "did you mean a.topic, b.topic, c.topic, d.topic, e.topic or one of 2 more?"),
+        ("gimball.gap", "did you mean gimbal.gap?"),
+        ("zzz.gap", "did you mean fix.gap?"),
+        ("wiat", "did you mean wait?"),
+        ("zzz", "remove it, or see the files in config/."),
+    ):
+        assert str(unknown(name, [*known, *known])) == f"{name} is not a parameter; {meant}"
 
 
 def test_not_given_is_nan_only_where_that_is_allowed():
