@@ -4,8 +4,9 @@
 
     python tools/reference_pages.py FOLDER
 
-`make docs` does this before it builds the site, so that these pages cannot be out of date. A topic
-or column without a description here is an error.
+`make docs` does this before it builds the site, so that these pages cannot be out of date. All but
+the commands, whose text depends on the version of Python, are in the repository, where pages that
+link to them are read, too. A topic or column without a description here is an error.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import importlib
 import os
 import re
 import sys
+import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
@@ -442,10 +444,21 @@ PAGES = {
 }
 
 
+def wrapped(text: str) -> str:
+    """Return a page with lines of at most 120 characters, tables excepted."""
+    lines = (
+        textwrap.wrap(line, 120, break_long_words=False, break_on_hyphens=False)
+        if len(line) > 120 and not line.startswith("|")
+        else [line]
+        for line in text.rstrip().splitlines()
+    )
+    return "\n".join(line for each in lines for line in each) + "\n"
+
+
 def write(folder: Path) -> None:
     """Write all pages into a folder; a page that has not changed keeps its time."""
     for name, make in PAGES.items():
-        text = make().rstrip() + "\n"
+        text = wrapped(make())
         path = folder / name
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")

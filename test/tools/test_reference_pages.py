@@ -62,6 +62,15 @@ def test_pages_are_written_once(tmp_path: Path) -> None:
     assert before == {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
 
 
+@pytest.mark.parametrize("name", sorted({*reference_pages.PAGES} - {"commands.md"}))
+def test_the_pages_in_the_repository_are_those_of_the_code(name: str) -> None:
+    page = SCRIPT.parent.parent / "docs" / "reference" / name
+    of_code = reference_pages.wrapped(reference_pages.PAGES[name]())
+    assert page.read_text(encoding="utf-8") == of_code, (
+        f"python tools/reference_pages.py {page.parent}"
+    )
+
+
 def test_text_is_shown_as_it_is_and_code_as_code() -> None:
     assert reference_pages.escaped("a_b of `c_d`, [x|y]") == r"a\_b of `c_d`, \[x\|y]"
 
