@@ -31,7 +31,6 @@ TESTED_WITH = {
     "commands/test_import_dji.py": "bags/import_dji bags/video commands/import_report",
     "commands/test_replay.py": "bags/replay",
     "commands/test_replay_drones.py": "bags/replay_drones commands/drone_arguments",
-    "commands/test_replay_vehicles.py": "commands/configuration",
     "commands/test_simulate.py": "commands/simulate_arguments",
     "commands/test_stream.py": "commands/udp_outputs",
     "commands/test_train.py": "commands/train_arguments",

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from aerial_gnss_ros.adapters.parameter_files import read
 from aerial_gnss_ros.adapters.vehicles import vehicle_file, vehicle_names
 from aerial_gnss_ros.commands.notices import note
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
+from aerial_gnss_ros.core.values.errors import ConfigError
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.nodes.schemas import DETECTOR, ESTIMATOR, SCHEMAS
 
@@ -74,10 +76,26 @@ def configuration(args: argparse.Namespace) -> Configuration:
         ConfigError: a file is missing, or a parameter is unknown, of a wrong type or out of range.
     """
     files = [*([vehicle_file(args.vehicle)] if args.vehicle else []), *args.params]
-    values = values_of(files, args.namespace.strip("/"))
+    namespace = args.namespace.strip("/")
+    values = values_of(files, namespace)
     detector: dict[str, Any] = {"model": args.model} if args.model else {}
     estimator: dict[str, Any] = {"method": args.method} if args.method else {}
-    return Configuration(
-        detector_config(values[DETECTOR] | detector),
-        estimator_config(values[ESTIMATOR] | estimator),
-    )
+    try:
+        return Configuration(
+            detector_config(values[DETECTOR] | detector),
+            estimator_config(values[ESTIMATOR] | estimator),
+        )
+    except ConfigError as error:
+        raise _with_files(error, files, namespace) from error
+
+
+def _with_files(error: ConfigError, files: Sequence[Path], namespace: str) -> ConfigError:
+    """Return an error about values of several files, named by those that give its group."""
+    group = re.split(r"[^a-z_]", str(error), maxsplit=1)[0]
+    givers = [file for file in files if group in _groups(file, namespace)]
+    return ConfigError(f"{', '.join(map(str, givers))}: {error}") if givers else error
+
+
+def _groups(file: Path, namespace: str) -> set[str]:
+    values = read([file], SCHEMAS, f"/{namespace}", lambda _: None)
+    return {name.split(".", 1)[0] for of in values.values() for name in of}
