@@ -236,9 +236,12 @@ def _camera_and_nose(flight: FlightArrays) -> SignTest:
 
 def _height(flight: FlightArrays) -> SignTest:
     name, rule = "height", "when the drone climbs, height rises as much as the fix's altitude"
+    known = {"no height": flight.height, "no altitude of the fix": flight.altitude}
+    absent = [words for words, values in known.items() if np.isfinite(values).sum() < _ENOUGH]
     use = np.isfinite(flight.altitude) & np.isfinite(flight.height)
-    if use.sum() < _ENOUGH:
-        return SignTest(name, rule, Verdict.NOT_TESTED, "height or the fix's altitude is not given")
+    if absent or use.sum() < _ENOUGH:
+        seen = f"{' and '.join(absent) or 'height and altitude of the fix never together'} came"
+        return SignTest(name, rule, Verdict.NOT_TESTED, seen)
     for what, values, other in (
         ("height", flight.height[use], flight.altitude[use]),
         ("the fix's altitude", flight.altitude[use], flight.height[use]),

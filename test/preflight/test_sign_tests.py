@@ -174,6 +174,20 @@ def test_an_altitude_that_is_stuck_is_named():
 
 
 @pytest.mark.parametrize(
+    ("altitude", "height", "seen"),
+    [
+        (math.nan, 30.0, "no altitude of the fix came"),
+        (5.0, None, "no height came"),
+        (math.nan, None, "no height and no altitude of the fix came"),
+    ],
+)
+def test_what_the_test_of_height_lacks_is_named(altitude, height, seen):
+    states = [replace(m, fix=replace(m.fix, altitude=altitude), height=height) for m in flight()]
+    [found] = [test for test in sign_tests(states) if test.name == "height"]
+    assert (found.verdict, found.seen) == (Verdict.NOT_TESTED, seen)
+
+
+@pytest.mark.parametrize(
     ("below_deg", "verdict", "words"),
     [
         (45.0, Verdict.PASS, "45.0 deg below the horizon"),
