@@ -132,7 +132,8 @@ class DetectorNode(Managed, SupervisedNode):
         self._detector = self._load(self._config)
 
     def start(self) -> None:
-        """Subscribe to images and process them."""
+        """Subscribe to images, process them, and count from 0: arrivals begin anew, too."""
+        self._published, self._refused = 0, Refusals()
         self._worker.start()
         self._subscribe()
         self.get_logger().info(self._start_message())

@@ -105,6 +105,17 @@ def test_it_starts_by_itself_gives_the_network_back_and_takes_it_up_again(bench)
     assert len(made.held) == 1
 
 
+def test_all_counts_begin_with_the_activation(bench):
+    made = bench()
+    for _ in range(5):
+        made.look()
+    assert made.ask("deactivate")
+    made.ros.spin_until(lambda: not made.images.get_subscription_count())
+    assert made.ask("activate")
+    (status,) = made.node.statuses()
+    assert (status.values["images_received"], status.values["images_processed"]) == (0, 0)
+
+
 def test_without_autostart_nothing_is_loaded_until_it_is_asked_for(bench):
     made = bench("autostart: false\n")
     assert (made.node.phase, made.loaded) == ("unconfigured", [])
