@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.telemetry.depths import depth_input
 from aerial_gnss_ros.core.telemetry.reference_places import reference_input
 from aerial_gnss_ros.core.values.errors import CameraError, InputError
-from aerial_gnss_ros.core.values.estimates import FrameResult
+from aerial_gnss_ros.core.values.estimates import FrameResult, State
 from aerial_gnss_ros.core.values.rejection import Cause
 from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
@@ -39,6 +39,7 @@ class Summary:
         frames: images with a result, including those without boxes.
         detections_from: source of the boxes, in words.
         positions: rows for each robot, by robot_id.
+        coasting: those of `positions` that were predicted, as the image did not show the robot.
         boxes: detections of the images with a result.
         used: detections that updated robots; the others are refused.
         rejections: refused detections by reason.
@@ -52,6 +53,7 @@ class Summary:
     frames: int = 0
     detections_from: str = ""
     positions: Counter[str] = field(default_factory=Counter)
+    coasting: Counter[str] = field(default_factory=Counter)
     boxes: int = 0
     used: int = 0
     rejections: Counter[str] = field(default_factory=Counter)
@@ -65,6 +67,9 @@ class Summary:
         """Count one image's result."""
         self.frames += 1
         self.positions.update(estimate.robot_id for estimate in result.estimates)
+        self.coasting.update(
+            estimate.robot_id for estimate in result.estimates if estimate.state is State.COASTING
+        )
         self.boxes += result.boxes
         self.used += result.used
         refused = (*result.rejections, *result.late)

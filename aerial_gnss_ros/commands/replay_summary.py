@@ -28,6 +28,7 @@ def as_json(
         "frames": summary.frames,
         "positions": sum(summary.positions.values()),
         "robots": dict(sorted(summary.positions.items())),
+        "coasting": dict(sorted(summary.coasting.items())),
         "truth": dict(sorted((names or {}).items())),
         "boxes": summary.boxes,
         "boxes_used": summary.used,
@@ -44,9 +45,12 @@ def as_text(output: Path, summary: Summary, names: Mapping[str, str] | None = No
     robots = summary.positions
     positions = sum(robots.values())
     counts = (summary.frames, "image"), (len(robots), "robot"), (positions, "position")
-    lines = [f"{output}: {', '.join(counted(*one) for one in counts)}"]
+    coasting = _coasting(sum(summary.coasting.values()))
+    coasting += " (predicted, not seen)" if coasting else ""
+    lines = [f"{output}: {', '.join(counted(*one) for one in counts)}{coasting}"]
     lines += [
-        f"  {name:<24} {counted(count, 'position')}{_truly(name, names or {})}"
+        f"  {name:<24} {counted(count, 'position')}{_coasting(summary.coasting[name])}"
+        f"{_truly(name, names or {})}"
         for name, count in sorted(robots.items())
     ]
     lines += boxes(summary)
@@ -55,6 +59,10 @@ def as_text(output: Path, summary: Summary, names: Mapping[str, str] | None = No
     for reason, count in sorted(summary.images_dropped.items()):
         lines.append(f"images skipped ({reason}): {count}")
     return "\n".join(lines)
+
+
+def _coasting(count: int) -> str:
+    return f", of which {count} coasting" if count else ""
 
 
 def _truly(label: str, names: Mapping[str, str]) -> str:

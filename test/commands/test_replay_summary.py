@@ -8,9 +8,11 @@ import csv
 import json
 from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 
 from aerial_gnss_ros.bags.replay import Summary
-from aerial_gnss_ros.commands.replay_summary import as_text, folded
+from aerial_gnss_ros.commands.replay_summary import as_json, as_text, folded
+from aerial_gnss_ros.core.values.estimates import State
 from aerial_gnss_ros.core.values.rejection import Cause
 
 
@@ -74,6 +76,23 @@ def test_the_text_names_likely_causes_the_commonest_first():
     assert "camera.latency_s" in text
     assert "(here one each 1.2 s)" in text
     assert max(map(len, lines)) <= 100
+
+
+def test_positions_that_are_only_predicted_are_told_apart():
+    """The robot of two images is seen in the first only."""
+    summary = Summary()
+    for state in (State.CONFIRMED, State.COASTING):
+        summary.add(
+            SimpleNamespace(
+                estimates=[SimpleNamespace(robot_id="aqua_1", state=state)],
+                boxes=1, used=1, rejections=(), late=(),
+            )
+        )  # fmt: skip
+    lines = as_text(Path("out"), summary).splitlines()
+    both = "2 positions, of which 1 coasting"
+    assert lines[0] == f"out: 2 images, 1 robot, {both} (predicted, not seen)"
+    assert lines[1].split(maxsplit=1) == ["aqua_1", both]
+    assert as_json(Path("out"), summary)["coasting"] == {"aqua_1": 1}
 
 
 def test_nothing_refused_is_one_line():
