@@ -190,14 +190,20 @@ def _initialise(arguments: Sequence[str]) -> None:
         read(
             files, SCHEMAS, tell=lambda _: None
         )  # a better error message than rcl's, if it finds the error
-        raise _init_error(str(error), files) from error
+        rules = [b for a, b in pairwise(arguments) if a in ("-r", "--remap")]
+        raise _init_error(str(error), files, rules) from error
 
 
-def _init_error(text: str, files: Sequence[str]) -> AerialGnssError:
+def _init_error(text: str, files: Sequence[str], rules: Sequence[str] = ()) -> AerialGnssError:
     reason = re.sub(r", at /\S+:\d+", "", text.split("Error: ", 1)[-1]).strip(" .")
     reason = re.sub(r"\s*\n\s*", "; ", reason)
     if "same type" in reason:
         reason += "; in one list write all numbers with a decimal point, such as [0.0, 90.0]"
+    if rules and "error not set" in reason:  # so rcl's parser refuses a name in a rule
+        reason = (
+            f"a remapping rule is invalid ({', '.join(rules)}); it has the form from:=to, and no "
+            "part of a name begins with a digit"
+        )
     if "lexeme" in reason:  # rcl's parser of remapping rules
         reason += "; a rule or name after --ros-args is not of the form from:=to, such as __ns:=/d1"
     if files:

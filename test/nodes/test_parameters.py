@@ -266,6 +266,7 @@ def test_a_bad_parameter_file_ends_with_status_2_and_a_sentence(tmp_path, capfd,
         (["--ros-args", "--nonsense"], "--nonsense"),
         (["nonsense"], "unknown argument 'nonsense'"),
         (["--ros-args", "-r", "__ns:=/1 2"], "ROS cannot start"),
+        (["--ros-args", "-r", "fix:=1bad"], "a remapping rule is invalid (fix:=1bad); it has"),
         (["--ros-args", "-r", "__ns:=//a/"], "is not of the form from:=to, such as __ns:=/d1."),
     ],
 )
