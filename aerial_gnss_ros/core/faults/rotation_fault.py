@@ -140,17 +140,20 @@ class RotationFault:
             self._lasts += seconds
             self._run(seconds)
 
-    def judge(self, seen: Sequence[RobotsInView], noise: float = 1.0) -> None:
+    def judge(
+        self, seen: Sequence[RobotsInView], others: Sequence[RobotsInView] = (), noise: float = 1.0
+    ) -> None:
         """Test the robots in view, of all blocks together, when due.
 
         Args:
             seen: these robots.
+            others: tracks in view that tell nothing of the camera, but are displaced with it.
             noise: by what factor variances may be larger (`NoiseLevel.unknown`).
         """
-        if self._since >= TUNING.judged_every_s:
+        if seen and self._since >= TUNING.judged_every_s:
             self._since = 0.0
             self._weigh(seen, noise)
-        for one in seen:
+        for one in (*seen, *others):
             self.spread(one.changes, one.slots, one.by_angles)
 
     def spread(

@@ -191,8 +191,8 @@ class JointFilter(CameraFaults):
         evident = np.ones(self._count, np.bool_)
         if robots is not None:
             evident[rows] = robots
-        squared, count = 0.0, 0
-        judged: list[RobotsInView] = []
+        squared, count, due = 0.0, 0, not late and self.rotation_fault.due
+        judged, tentative = list[RobotsInView](), list[RobotsInView]()
         for group in self._groups:
             (slots,) = (column_of[group.rows] >= 0).nonzero()
             if not len(slots):
@@ -204,7 +204,7 @@ class JointFilter(CameraFaults):
             if len(shown):
                 outcome = self._update(group, shown, pixels[shown], view)
                 squared, count = squared + outcome.squared, count + outcome.count
-                if not late and self.rotation_fault.due:
+                if due:
                     judged.append(self._in_view(group, shown))
                 refused.append(group.rows[outcome.refused])
                 if len(outcome.refused):
@@ -212,9 +212,11 @@ class JointFilter(CameraFaults):
             if len(others):
                 outcome = self._correct(group, others, pixels[others], view, True)
                 refused.append(group.rows[outcome.refused])
+                if due:
+                    tentative.append(self._in_view(group, others))
         self.restarts.done()
-        if judged:
-            self.rotation_fault.judge(judged, self.noise.unknown)
+        if due:
+            self.rotation_fault.judge(judged, tentative, self.noise.unknown)
         if not late:
             errors, turned = self._groups[0].mean[:COUNT], self.rotation_fault.sigma
             for sentence in self.monitor.update_image(

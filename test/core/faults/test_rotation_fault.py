@@ -149,7 +149,7 @@ def test_a_turn_that_went_back_and_ended_leaves_little_doubt(axis):
 def test_what_larger_noise_may_have_caused_is_no_turn(noise):
     class Doubting(RotationFault):
         def judge(self, seen):
-            super().judge(seen, noise)
+            super().judge(seen, noise=noise)
 
     turning, moves = Doubting(), -BY_ANGLES @ np.radians([0.0, 0.0, 1.2])
     rng = np.random.default_rng(2)
@@ -262,3 +262,19 @@ def test_a_runaway_slower_than_robots_is_published_as_doubt(sea, axis, robots_a_
     assert any("if the camera had rotated" in sentence for sentence in engine.health.complaints)
     assert parts["runs"][-3:].min() > 2.0  # m
     assert calm < parts["right"][-1] < 0.8 * parts["runs"].max()  # the way back takes some away
+
+
+def test_tracks_that_tell_nothing_are_displaced_with_the_camera():
+    """One that becomes a robot at an image is as uncertain as those that told of the turn."""
+    turning, moves = RotationFault(), -BY_ANGLES @ np.radians([0.0, 0.0, 1.2])
+    laws, rng = _laws(3), np.random.default_rng(2)
+    list(_flown(turning, laws, BY_ANGLES, lambda t: moves * (t > 10.0), {}, 14.0, rng))
+    late = _laws(3)[0]
+    unknown = np.full(3, 0.1)
+    there = RobotsInView(late, np.arange(3), BY_ANGLES, unknown, np.full(3, 1.0))
+    turning.judge([], [there])
+    expected = BY_ANGLES @ turning.covariance @ BY_ANGLES.swapaxes(1, 2)
+    assert np.trace(expected[0]) > 0.01
+    np.testing.assert_allclose(
+        late.position_covariances, expected + turning.ambiguity.apart * np.eye(2)
+    )
