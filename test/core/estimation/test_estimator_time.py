@@ -177,7 +177,9 @@ def test_the_newest_camera_not_later_than_the_image_is_used(sea):
     K = sea.camera.K.copy()
     K[0, 0] = K[1, 1] = 1800.0
     zoomed = type(sea.camera)(1280, 720, "plumb_bob", K)
-    later = type(sea.camera)(1280, 720, "plumb_bob", K * [[4.0], [4.0], [1.0]])
+    nearer = K.copy()
+    nearer[0, 0] = nearer[1, 1] = 7200.0
+    later = type(sea.camera)(1280, 720, "plumb_bob", nearer)
     scene.engine.add_camera(sea.stamp(0.99), zoomed)
     scene.engine.add_camera(sea.stamp(1.01), later)
     scene.boxes = sea.boxes(1.0, [[740.0, 360.0]])
