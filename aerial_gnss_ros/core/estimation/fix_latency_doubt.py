@@ -33,6 +33,7 @@ from aerial_gnss_ros.core.estimation.latency_odds import TUNING as LATENCY_ODDS
 from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
 from aerial_gnss_ros.core.estimation.time_in_motion import TimeInMotion
 from aerial_gnss_ros.core.filter.fix_latency_search import FixLatencySearch, NearLatencySearch
+from aerial_gnss_ros.core.filter.latency_evidence import agreed
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.values.estimates import FrameResult
@@ -130,10 +131,11 @@ class FixLatencyDoubt:
         self._compared.append((scene, image.measured))
         self._motion.update(stamp_ns, scene.in_map)
         self._due_ns = stamp_ns + round(self._motion.pause_s * 1e9)
-        gains, most = (self._told + one for one in self._search.evidence.bounds())
+        bounds = self._search.evidence.bounds()
+        gains, most = (self._told + one for one in bounds)
         self._cover.displacements = self._search.displacements()
-        agreed = self._told + self._search.evidence.agreed()
-        self._cover.weigh(self._prior + agreed + math.log(len(most) - 1))
+        other = self._prior + (self._told + agreed(*bounds))
+        self._cover.weigh(other + math.log(len(most) - 1))
         weighed = self._prior + gains
         likely = PRIOR_NATS + float(np.logaddexp.reduce(weighed))
         found = likely > LATENCY_DOUBT.doubted_nats and self._is_of_the_fix(gains, local)

@@ -24,6 +24,7 @@ from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.estimation.latency_cover import LatencyCover
 from aerial_gnss_ros.core.estimation.time_in_motion import TimeInMotion
+from aerial_gnss_ros.core.filter.latency_evidence import agreed
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.filter.restarts import TUNING as RESTARTS
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
@@ -96,7 +97,7 @@ class LatencyOdds:
         evidence = self.search.evidence
         assert evidence is not None  # noqa: S101 - the search weighs
         least, most = evidence.bounds()
-        self.cover.weigh(evidence.agreed())
+        self.cover.weigh(agreed(least, most))
         far = most[np.abs(self.search.corrections) > TUNING.apart_s]
         self.ruled_out = float(far.max()) < TUNING.ruled_out_nats
         self.nats = (

@@ -90,6 +90,16 @@ class Used(NamedTuple):
     right: Mask
 
 
+def agreed(least: Array, most: Array) -> Array:
+    """Return what both comparisons say (h,): the lesser in size, 0 where they contradict.
+
+    Args:
+        least: (h,) and
+        most: (h,) as `LatencyEvidence.bounds` returns them.
+    """
+    return np.asarray(np.clip(0.0, least, most))
+
+
 def disturbed(times: Array, jumps_s: Sequence[float]) -> Mask:
     """Return whether telemetry of times (…) has jumped about then, s."""
     jumps = np.array([-np.inf, *jumps_s, np.inf])
@@ -201,11 +211,6 @@ class LatencyEvidence:
         """
         by_images, by_telemetry = self._compared(None)
         return np.minimum(by_images, by_telemetry), np.maximum(by_images, by_telemetry)
-
-    def agreed(self) -> Array:
-        """Return what both comparisons say (h,): the lesser in size, 0 where they contradict."""
-        least, most = self.bounds()
-        return np.asarray(np.clip(0.0, least, most))
 
     def _compared(self, against: int | None) -> tuple[Array, Array]:
         """Return the log likelihoods (h,) by the same images and by the same telemetry."""

@@ -24,8 +24,7 @@ def odds(least, most, sigma_s=0.0):
     """Return odds of which every image tells the same, and what the cover was told."""
     config = estimator_config({"noise.latency_s": 1.0})
     made, told = LatencyOdds(config, TelemetryBuffers(config)), []
-    bounds = np.array(least), np.array(most)
-    evidence = SimpleNamespace(bounds=lambda: bounds, agreed=lambda: sum(bounds), configured=2)
+    evidence = SimpleNamespace(bounds=lambda: (np.array(least), np.array(most)), configured=2)
     made.search = SimpleNamespace(
         compare=lambda *_: None, evidence=evidence, corrections=LATE, stamp_sigma_s=sigma_s
     )
@@ -63,7 +62,7 @@ def test_others_are_ruled_out_by_the_greater_and_likely_by_the_lesser(most, rule
     made, told = odds([-5.0, -5.0, 0.0, -5.0, -5.0], most)
     made.update(image(0), {}, None)
     assert made.ruled_out is ruled_out
-    np.testing.assert_array_equal(told[0], np.add([-5.0, -5.0, 0.0, -5.0, -5.0], most))
+    np.testing.assert_array_equal(told[0], np.clip(0.0, [-5.0, -5.0, 0.0, -5.0, -5.0], most))
     assert made.nats == pytest.approx(BEFORE - 5.0)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.filter.latency_evidence import TUNING, LatencyEvidence
+from aerial_gnss_ros.core.filter.latency_evidence import TUNING, LatencyEvidence, agreed
 
 CORRECTIONS = 0.1 * np.arange(-30, 31)
 NO_SIZE = np.zeros(len(CORRECTIONS))
@@ -111,7 +111,7 @@ def test_covariances_contain_what_both_comparisons_agree_on(monkeypatch):
     evidence = LatencyEvidence(CORRECTIONS[28:33])
     both = np.array([3.0, -2.0, 0.0, -4.0, 1.0]), np.array([1.0, -5.0, 0.0, 6.0, -7.0])
     monkeypatch.setattr(evidence, "_compared", lambda _: both)
-    assert evidence.agreed().tolist() == [1.0, -2.0, 0.0, 0.0, 0.0]
+    assert agreed(*evidence.bounds()).tolist() == [1.0, -2.0, 0.0, 0.0, 0.0]
 
 
 def test_a_stretch_between_gaps_stands_for_itself():
