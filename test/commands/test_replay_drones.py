@@ -126,7 +126,7 @@ def test_one_drone_with_a_name_is_a_drone_alone(two, tmp_path):
     assert [(r["stamp_ns"], r["robot_id"], r["state"]) for r in one] == [
         (r["stamp_ns"], r["robot_id"], r["state"]) for r in plain
     ]
-    for column, size in (("latitude_deg", 1e-6), ("var_east_m2", 0.003)):
+    for column, size in (("latitude_deg", 1e-8), ("var_east_m2", 0.003)):
         values = np.array([[float(row[column]) for row in table] for table in (one, plain)])
         assert np.abs(values[0] - values[1]).max() < size
 

@@ -139,9 +139,15 @@ def _consider_others(gain: Array, reduction: Array, slots: Indices) -> None:
         slots: of these robots.
     """
     others = np.ones(gain.shape[1], np.bool_)
-    others[(COUNT + 4 * slots[:, None] + np.arange(4)).ravel()] = False
+    others[of_robots(slots)] = False
     gain[:, others] = 0.0
     reduction[np.ix_(others, others)] = 0.0
+
+
+def of_robots(slots: Indices) -> Indices:
+    """Return where in a joint state's mean robots (m,) have their numbers (4 m,)."""
+    places: Indices = (COUNT + 4 * slots[:, None] + np.arange(4)).ravel()
+    return places
 
 
 def _linear(joint: JointState, some: Some, mean: Array, sight: CameraView) -> Linear:

@@ -122,23 +122,34 @@ class RobotTable:
     ) -> Outcome:
         """Update robots with their boxes, after `look`; return how well the image fits.
 
+        What no drone has confirmed as a robot is evidence of no camera (see `JointFilter.correct`).
+
         Args:
             drone: number of the image's drone.
             seen: the image.
             view: its camera.
             slots: of the robots, by box.
         """
-        model = self._drones[drone].model
-        outcome = self.state.correct(
-            np.array([*slots.values()], np.intp), seen.pixels[[*slots]], view, model,
-            2.0 * self.motions.default_speed, seen.level,
-        )  # fmt: skip
+        tentative = {k: slot for k, slot in slots.items() if self.robots[slot].tentative}
+        slots = {k: slot for k, slot in slots.items() if k not in tentative}
+        model, outcome = self._drones[drone].model, self._correct(drone, seen, view, slots)
         self.state.doubt_platforms(self._stationary)
-        if self.staying is not None:
+        if self.staying is not None and slots:
             box_of = {slot: box for box, slot in slots.items()}
             boxes = [box_of[slot] for slot in outcome.slots.tolist()]
             self.staying.update(outcome, seen.pixels[boxes], view, model, seen.level)
+        if tentative:
+            self._correct(drone, seen, view, tentative, alone=True)
         return outcome
+
+    def _correct(
+        self, drone: int, seen: Sighting, view: CameraView, slots: dict[int, int],
+        alone: bool = False,
+    ) -> Outcome:  # fmt: skip
+        return self.state.correct(
+            np.array([*slots.values()], np.intp), seen.pixels[[*slots]], view,
+            self._drones[drone].model, 2.0 * self.motions.default_speed, seen.level, alone,
+        )  # fmt: skip
 
     def begin(self, drone: int, seen: Sighting, view: CameraView, new: list[int]) -> None:
         """Begin robots from boxes, after `look`.

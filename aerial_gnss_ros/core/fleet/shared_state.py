@@ -20,7 +20,7 @@ from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.predicted_pixels import Linear, linearise
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import correct
+from aerial_gnss_ros.core.filter.update import correct, of_robots
 from aerial_gnss_ros.core.fleet.drone_blocks import DroneBlocks
 from aerial_gnss_ros.core.fleet.moving_robots import moving
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
@@ -206,11 +206,12 @@ class SharedState(DroneBlocks):
         model: PlatformModel,
         fastest: float = np.inf,
         level: float = 1.0,
+        alone: bool = False,
     ) -> Outcome:
         """Update with pixels of the active drone's image, after `look`; see `update.correct`."""
         joint = self.joint
         P = joint.covariance.copy() if self._others else joint.covariance
-        outcome = correct(joint, slots, pixels, sight, model, fastest, level)
+        outcome = correct(joint, slots, pixels, sight, model, fastest, level, alone)
         used = outcome.slots
         self.seen_by[used] = self.active
         self._by_pose[used] = joint.by_pose[used]
@@ -222,6 +223,10 @@ class SharedState(DroneBlocks):
         sway = np.zeros(len(used)) if joint.sway is None else joint.sway[used]
         by_active = dtrsm(1.0, root, _observed(outcome.linear, used, P, sway), lower=1)
         by_others = dtrsm(1.0, root, _observed(outcome.linear, used, self._cross, sway), lower=1)
+        if alone:
+            own = of_robots(used)
+            self._cross[own] -= by_active[:, own].T @ by_others
+            return outcome
         self._pass_on(by_active, by_others, outcome.white)
         joint.covariance[LATENCY, LATENCY] -= by_active[:, LATENCY] @ by_active[:, LATENCY]
         return outcome

@@ -121,6 +121,26 @@ def test_an_update_corrects_the_drones_that_did_not_see_it():
     np.testing.assert_allclose(P, dense.P, atol=1e-7)
 
 
+def test_a_robot_that_is_corrected_alone_tells_of_nothing_else():
+    """Schmidt: of the dense update only what concerns this robot is taken over."""
+    state, dense = both()
+    state.predict(0.3, [m.decay(0.3) for m in MODELS], STATIONARY, MOTION)
+    dense.predict(0.3)
+    state.linearise_at(1, PLACES)
+    view, own = sight(1, 0.5), 21 + 4 * 1 + np.arange(4)
+    linear = linearise(view, np.zeros(7), PLACES)
+    residual = np.array([[2.0, -1.0]])
+    state.correct(np.array([1]), linear.pixels[1:2] + residual, view, MODELS[1], alone=True)
+    mean, P = dense.mean.copy(), dense.P.copy()
+    dense.update(1, linear_of(linear, 1), MODELS[1], residual, [1])
+    mean[own], P[own], P[:, own] = dense.mean[own], dense.P[own], dense.P[:, own]
+    found = state.ordered()
+    assert np.abs(mean[own[:2]] - PLACES[1]).max() > 0.01
+    np.testing.assert_allclose(found[0], mean, atol=1e-7)
+    np.testing.assert_allclose(found[1], P, atol=1e-7)
+    assert np.linalg.eigvalsh(found[1]).min() > -1e-12
+
+
 def test_two_robots_that_are_one_tell_of_both_drones():
     """Equal to seeing the one robot twice: begun by each drone, then tied."""
     state, dense = both()
