@@ -30,7 +30,7 @@ from aerial_gnss_ros.core.estimation.latency_doubt import ALWAYS_NS
 from aerial_gnss_ros.core.estimation.latency_doubt import TUNING as LATENCY_DOUBT
 from aerial_gnss_ros.core.estimation.latency_odds import PRIOR_NATS
 from aerial_gnss_ros.core.estimation.latency_odds import TUNING as LATENCY_ODDS
-from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
+from aerial_gnss_ros.core.estimation.recent_images import SeenImage
 from aerial_gnss_ros.core.estimation.time_in_motion import TimeInMotion
 from aerial_gnss_ros.core.filter.fix_latency_search import FixLatencySearch, NearLatencySearch
 from aerial_gnss_ros.core.filter.latency_evidence import agreed
@@ -66,12 +66,10 @@ class FixLatencyDoubt:
     Attributes:
         open: whether it is undecided.
         nats: log odds of another latency of the fix, rather than of the images.
-        recent: the last images.
     """
 
     def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
         self._inputs = inputs
-        self.recent = RecentImages()
         self._config = config
         self._begin()
 
@@ -106,7 +104,6 @@ class FixLatencyDoubt:
 
     def forget_images(self) -> None:
         """Begin with none of the images so far: telemetry or `map` are others now."""
-        self.recent.images.clear()
         self._cover.forget()
 
     def close(self) -> None:
@@ -123,7 +120,6 @@ class FixLatencyDoubt:
             scene: its boxes and the camera's pose.
             local: the frame `map`.
         """
-        self.recent.add(image)
         stamp_ns = image.frame.stamp_ns
         if image.measured is None or stamp_ns < self._due_ns:
             return False

@@ -128,6 +128,10 @@ class FrameProcessor:
         ended = ": tracks are cleared, and robots get new labels" if robots else ""
         self._log.add(WarningText(f"{moved}{ended}."))
 
+    def note_correction(self) -> None:
+        """Have images taken in again for which telemetry was wrong."""
+        self._tracks.note_correction()
+
     def reset_time(self, decision: Decision, passed_s: float | None) -> None:
         """Discard what precedes a reset of time or of an input's clock.
 

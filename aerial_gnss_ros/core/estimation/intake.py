@@ -25,6 +25,7 @@ from aerial_gnss_ros.core.values.events import Events
 from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
+_ALSO = ", also of what other inputs repeat no longer"
 LONG_S = 10.0
 """Time after which an unusable input is reported again, s."""
 
@@ -40,6 +41,9 @@ class Receiver(Protocol):
 
     def begin_elsewhere(self, moved: str) -> None:
         """Handle a drone that turned out to be elsewhere; `moved` describes it."""
+
+    def note_correction(self) -> None:
+        """Handle that telemetry was wrong, and that stored samples are right now."""
 
     def reset_time(self, decision: Decision, passed_s: float | None) -> None:
         """Handle a reset of time or of an input's clock.
@@ -205,12 +209,14 @@ class Intake:
 
     def _keep(self, source: Input, value: Fix | Orientation | Scalar) -> str:
         """Store a sample; return why it is unusable, else empty."""
+        known = len(self._inputs.sent_again)
         trouble = self._inputs.add(source, self._time.shifted(value))
-        if self._inputs.sent_again:
+        if len(self._inputs.sent_again) > known:
+            self._receiver.note_correction()
             self._log.warn_once(
-                "sent again",
-                "Each position of the drone is sent several times until the next is measured: only "
-                "the first sample of each value is used, of all inputs.",
+                f"sent again {source}",
+                f"Each value of {source} is sent several times until the next is measured: only "
+                f"the first sample of each is used{_ALSO if source is Input.FIX else ''}.",
             )
         return trouble or self._look_for_move()
 

@@ -73,6 +73,7 @@ class LatencyDoubt:
     Args:
         config: of the estimator.
         inputs: telemetry buffers.
+        recent: the last images.
 
     Attributes:
         open: whether it is undecided.
@@ -83,12 +84,14 @@ class LatencyDoubt:
         odds: how likely another latency is.
     """
 
-    def __init__(self, config: EstimatorConfig, inputs: TelemetryBuffers) -> None:
+    def __init__(
+        self, config: EstimatorConfig, inputs: TelemetryBuffers, recent: RecentImages
+    ) -> None:
         self.open, self.doubted = True, False
         self.trial: LatencyTrial | None = None
         self._inputs = inputs
         self.unknown = _unknown(config)
-        self._recent = RecentImages()
+        self._recent = recent
         self._published: Pipeline | None = None
         self._again = False
         self.odds = LatencyOdds(self.unknown, inputs)
@@ -113,7 +116,6 @@ class LatencyDoubt:
     def forget_images(self) -> None:
         """Begin with none of the images so far: telemetry or `map` are others now."""
         self._drop()
-        self._recent.images.clear()
         self.odds.cover.forget()
 
     def _drop(self) -> None:
@@ -176,7 +178,6 @@ class LatencyDoubt:
             origin: of `map`.
             labels: of the published robots.
         """
-        self._recent.add(image)
         if self.trial is not None:
             self.trial.add(image)
         elif not self.doubted:

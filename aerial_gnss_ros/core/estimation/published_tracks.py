@@ -22,7 +22,7 @@ from aerial_gnss_ros.core.estimation.guard import Guard
 from aerial_gnss_ros.core.estimation.latency_doubt import LatencyDoubt
 from aerial_gnss_ros.core.estimation.latency_trial import LatencyTrial
 from aerial_gnss_ros.core.estimation.pipeline import Pipeline
-from aerial_gnss_ros.core.estimation.recent_images import SeenImage
+from aerial_gnss_ros.core.estimation.recent_images import RecentImages, SeenImage
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.identity.labels import Box, Labels
@@ -77,13 +77,20 @@ class PublishedTracks:
         self._guard = self._new_guard()
         self._behind: deque[DetectionFrame] = deque()
         self._pending: set[Box] = set()
-        finds = config.camera.find_latency and tracking is None
-        searches = config.noise.value("latency_s") > 0.0
-        self._doubt = LatencyDoubt(config, inputs) if finds and not searches else None
-        fix = config.fix
-        finds = fix.find_latency and fix.source == "topic" and tracking is None
-        self._fix_doubt = FixLatencyDoubt(config, inputs) if finds and not searches else None
+        self._recent = RecentImages()
+        self._replaced, self._corrected = tracking is not None, False
+        self._doubt_latencies()
         self._wrap: Callable[[Tracking], Tracking] = _as_it_is
+
+    def _doubt_latencies(self) -> None:
+        """Begin to ask whether latencies are as configured."""
+        config, self._doubt, self._fix_doubt = self._config, None, None
+        if self._replaced or config.noise.value("latency_s") > 0.0:
+            return
+        if config.camera.find_latency:
+            self._doubt = LatencyDoubt(config, self._inputs, self._recent)
+        if config.fix.find_latency and config.fix.source == "topic":
+            self._fix_doubt = FixLatencyDoubt(config, self._inputs)
 
     def wrap_tracking(self, wrap: Callable[[Tracking], Tracking]) -> None:
         """Put something around the tracker, and around the one that may follow it."""
@@ -129,24 +136,44 @@ class PublishedTracks:
     def weigh_latency(self, frame: DetectionFrame) -> Settled:
         """Change to the tracks of another latency if that seems right by the last image.
 
+        So it does if telemetry was wrong until then.
+
         Args:
             frame: the last image.
 
         Returns:
             Decisions on boxes that were pending with the former tracks.
         """
-        doubt, local, seen = self._doubt, self._origin.local, self.pipeline.measured
-        image = SeenImage(frame, None, self.pipeline.corrects)
-        if local is not None and seen is not None and seen[0].detections.stamp_ns == frame.stamp_ns:
+        local, seen = self._origin.local, self.pipeline.measured
+        if local is None or seen is None or seen[0].detections.stamp_ns != frame.stamp_ns:
+            seen, image = None, SeenImage(frame, None, self.pipeline.corrects)
+        else:
             image = SeenImage(seen[0].detections, seen[1], self.pipeline.corrects)
+        self._recent.add(image)
+        if self._corrected:
+            return self._follow_correction()
+        if seen is not None and local is not None:
             if self._weigh_fix_latency(image, seen[0], local):
                 return self._follow_fix_latency()
-            if doubt is not None and doubt.active and frame.stamp_ns >= doubt.due_ns:
-                failed = attempt(doubt.update, *seen, local, self._fix_nats)
-                if failed is not None:
-                    doubt.close()
-                elif doubt.long_open:
-                    self._log.warn_once("latency untold", _UNTOLD)
+            self._weigh_image_latency(seen, local)
+        return self._try_another(image)
+
+    def _weigh_image_latency(
+        self, seen: tuple[PosedFrame, dict[str, int]], local: LocalMap
+    ) -> None:
+        """Weigh the latency of the images by the last one, if it is due."""
+        doubt = self._doubt
+        if doubt is None or not doubt.active or seen[0].detections.stamp_ns < doubt.due_ns:
+            return
+        failed = attempt(doubt.update, *seen, local, self._fix_nats)
+        if failed is not None:
+            doubt.close()
+        elif doubt.long_open:
+            self._log.warn_once("latency untold", _UNTOLD)
+
+    def _try_another(self, image: SeenImage) -> Settled:
+        """Let the tracks of another latency take in an image, and follow them if they are right."""
+        doubt = self._doubt
         if doubt is None or not doubt.active:
             return Settled()
         found = attempt(doubt.try_another, image, self._origin, self.labels)
@@ -184,22 +211,36 @@ class PublishedTracks:
         return found
 
     def _follow_fix_latency(self) -> Settled:
-        """Take the last images in with another latency of the fix, and go on from there."""
-        assert self._fix_doubt is not None  # noqa: S101 - it has found the latency
-        search, recent = LatencySearch(self._config, self._inputs), self._fix_doubt.recent.images
-        given = self._config, self._inputs, self._origin, self.labels
-        trial = LatencyTrial(*given, search, recent)
-        trial.take_all()
+        """Go on with another latency of the fix."""
         if self._doubt is not None:
-            self._doubt = LatencyDoubt(self._config, self._inputs)
+            self._doubt = LatencyDoubt(self._config, self._inputs, self._recent)
         self._log.add(
             f"The fix is {self._inputs.fix_later_ns * 1e-9:.2f} s later than fix.latency_s says, "
             "which is corrected from now on. State fix.latency_s if you know it."
         )
+        return self._take_in_again()
+
+    def note_correction(self) -> None:
+        """Note that telemetry was wrong, and is right now from the beginning."""
+        self._corrected = not self._replaced
+
+    def _follow_correction(self) -> Settled:
+        """Go on with telemetry as it is now."""
+        self._corrected, self._inputs.fix_later_ns = False, 0
+        self._doubt_latencies()
+        return self._take_in_again()
+
+    def _take_in_again(self) -> Settled:
+        """Take the last images in with telemetry as it is now, and go on from there."""
+        search = LatencySearch(self._config, self._inputs)
+        given = self._config, self._inputs, self._origin, self.labels
+        trial = LatencyTrial(*given, search, self._recent.images)
+        trial.take_all()
         return self._take_over(trial)
 
     def forget_images(self) -> None:
         """Try no latency with the images so far: telemetry or `map` are others now."""
+        self._recent.images.clear()
         if self._doubt is not None:
             self._doubt.forget_images()
         if self._fix_doubt is not None:
@@ -207,6 +248,7 @@ class PublishedTracks:
 
     def reset(self) -> None:
         """End all tracks; robots get new labels."""
+        self._recent.images.clear()
         if self._doubt is not None and self._doubt.active:
             self._doubt.reset()
         if self._fix_doubt is not None and self._fix_doubt.open:

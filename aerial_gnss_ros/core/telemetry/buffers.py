@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import cast
 
 import numpy as np
@@ -16,7 +16,8 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.telemetry.cameras import Cameras
 from aerial_gnss_ros.core.telemetry.depths import Depths
-from aerial_gnss_ros.core.telemetry.held_values import HeldValues
+from aerial_gnss_ros.core.telemetry.held_values import TUNING as HELD
+from aerial_gnss_ros.core.telemetry.held_values import HeldValues, repeats
 from aerial_gnss_ros.core.telemetry.input_status import InputState, InputStatus
 from aerial_gnss_ros.core.telemetry.interpolation_error import (
     InterpolationError,
@@ -63,6 +64,7 @@ class TelemetryBuffers:
         cameras: by time.
         references: positions of references.
         plausibility: tests each sample before it is stored.
+        sent_again: inputs that were found to send values again until the next is measured.
         fix_later_ns: how much later than configured a fix is stamped, ns.
     """
 
@@ -70,7 +72,6 @@ class TelemetryBuffers:
         self._config = config
         self._keep_s = keep_s
         self.plausibility = Plausibility(config)
-        self._held = HeldValues()
         self._series: dict[Input, Series[Fix] | Series[Orientation] | Series[Scalar]] = {}
         self._constants: dict[Input, Fix | Orientation | Scalar] = {}
         self._errors: dict[Input, InputError] = {}
@@ -91,6 +92,11 @@ class TelemetryBuffers:
         self._first_level = config.water_level.value_m
         for source in self._series:
             self._errors[source] = _NEW_ERROR[source]()
+        self.sent_again: list[Input] = []
+        self._held = {
+            source: HeldValues(HELD.positions if source is Input.FIX else HELD.values)
+            for source in self._series
+        }
         self.cameras = Cameras(config, keep_s)
 
     def _set_up_fix(self) -> None:
@@ -123,10 +129,10 @@ class TelemetryBuffers:
         self.cameras.rescale(config.calibration.focal_scale)
         self.references = self.references.replaced(config.references)
 
-    @property
-    def sent_again(self) -> bool:
-        """Whether positions are sent again until the next one is measured."""
-        return self._held.held_s > 0.0
+    def _held_s(self, source: Input) -> float:
+        """Return the time within which an input's repeated value is no measurement, s."""
+        positions = self._held.get(Input.FIX)
+        return max(self._held[source].held_s, 0.0 if positions is None else positions.held_s)
 
     @property
     def constant_fix(self) -> Fix | None:
@@ -162,26 +168,26 @@ class TelemetryBuffers:
         if series is None:
             return trouble
         if not trouble:
-            if isinstance(kept, Fix):
-                self._judge_held(kept)
+            self._judge_held(source, kept)
             last = series.last
-            if last is not None and self._held.repeats(last, kept):
+            if last is not None and repeats(last, kept, self._held_s(source)):
                 return trouble
             self._errors[source].add(kept)  # type: ignore[arg-type]
         series.add(kept)  # type: ignore[arg-type]
         return trouble
 
-    def _judge_held(self, fix: Fix) -> None:
-        """Judge by a position whether values are sent again until the next is measured."""
-        known = self.sent_again
-        self._held.update(fix)
-        if self.sent_again and not known:
+    def _judge_held(self, source: Input, value: Fix | Orientation | Scalar) -> None:
+        """Judge by a sample whether its input sends values again until the next is measured."""
+        known = self._held_s(source)
+        self._held[source].update(value)
+        if self._held_s(source) and not known:
+            self.sent_again.append(source)
             self._discard_repeated()
 
     def _discard_repeated(self) -> None:
         """Remove what has been stored of values that were sent again."""
         for source, series in self._series.items():
-            series.discard_repeated(self._held.repeats)
+            series.discard_repeated(partial(repeats, held_s=self._held_s(source)))
             error = self._errors[source]
             error.clear()
             for value in series.values:
@@ -211,8 +217,7 @@ class TelemetryBuffers:
             if source.value in names:
                 series.clear()
                 self._errors[source].clear()
-                if source is Input.FIX:
-                    self._held.clear()
+                self._held[source].clear()
         self.plausibility.clear()
 
     def clear(self, kept: Collection[str] = ()) -> None:

@@ -44,6 +44,10 @@ class Receiver:
         """Take in that the drone is elsewhere."""
         self.got.append(moved)
 
+    def note_correction(self):
+        """Take in that telemetry was wrong."""
+        self.got.append("corrected")
+
     def reset_time(self, decision, passed_s):
         """Note that time was reset."""
         self.got.append((decision, passed_s))

@@ -168,10 +168,27 @@ def test_values_that_are_sent_again_are_interpolated_between_measurements():
         inputs.add(Input.FIX, Fix(ns, 0.2 + 1e-7 * measured, -1.0, 0.0))
         inputs.add(Input.GIMBAL, Orientation(ns, LEVEL))
         inputs.add(Input.HEIGHT, Scalar(ns, 20.0 + measured))
-        assert inputs.sent_again == (k >= 12)
+        assert inputs.sent_again == ([Input.FIX] if k >= 12 else [])
     for t in (0.75, 1.5, 3.8):
         found = inputs.at(10**18 + round(t * 1e9))
         assert found.height == pytest.approx(20.0 + t)
         assert found.fix.latitude == pytest.approx(0.2 + 1e-7 * t, abs=1e-13)
     inputs.clear()
-    assert not inputs.sent_again
+    for k in range(2):
+        inputs.add(Input.HEIGHT, Scalar(2 * 10**18 + k, 20.0))
+    assert len(inputs._series[Input.HEIGHT].values) == 2  # whether it is so is open again
+
+
+def test_each_input_is_judged_by_itself():
+    """The heading of 2 Hz at 4 Hz turns by 0.1 rad a second; positions are all measured."""
+    inputs = TelemetryBuffers(estimator_config({}))
+    for k in range(33):
+        ns, angle = 10**18 + k * 250_000_000, 0.1 * 0.5 * (k // 2)
+        turned = np.array([0.0, 0.0, math.sin(0.5 * angle), math.cos(0.5 * angle)])
+        inputs.add(Input.FIX, Fix(ns, 0.2 + 1e-9 * k, -1.0, 0.0))
+        inputs.add(Input.GIMBAL, Orientation(ns, turned))
+        inputs.add(Input.HEIGHT, Scalar(ns, 20.0))
+        assert inputs.sent_again == ([Input.GIMBAL] if k >= 20 else [])
+    found = inputs.at(10**18 + 1_300_000_000)
+    assert 2.0 * math.asin(found.gimbal.quaternion[2]) == pytest.approx(0.13)
+    assert len(inputs._series[Input.HEIGHT].values) == 33

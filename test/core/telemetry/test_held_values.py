@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.telemetry.held_values import HeldValues
+from aerial_gnss_ros.core.telemetry.held_values import TUNING, HeldValues, repeats
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 
@@ -17,13 +17,13 @@ def fix(t, value):
     return Fix(round(t * 1e9), 0.2 + 1e-9 * value, -1.0, math.nan)
 
 
-def dropped(values, every_s=0.25):
+def dropped(values, every_s=0.25, runs=TUNING.positions):
     """Return which of some positions, sent in turn, are no measurements."""
-    held, found, last = HeldValues(), [], fix(-1e9, -1)
+    held, found, last = HeldValues(runs), [], fix(-1e9, -1)
     for k, one in enumerate(values):
         sample = fix(k * every_s, one)
         held.update(sample)
-        found.append(held.repeats(last, sample))
+        found.append(repeats(last, sample, held.held_s))
         last = last if found[-1] else sample
     return found
 
@@ -46,11 +46,19 @@ def test_ten_a_second_of_which_six_are_new():
         [0] * 40,  # a mast, or a simulator without noise
         [*([0] * 30), *range(1, 30)],  # it stands, then flies
         [0, 0, 0, 0, 0, 1, 2, 2, 3, 3, 3, 3, 3, 3, 4, 5, 5, 5, 5, 5, 5],  # it rounds
+        [0, 0, 1, 1, 2, 2, 1, 1, 2, 2, 0, 0, 3, 3, 1, 1, 4, 4, 0, 0],  # it rounds, and stands
     ],
-    ids=["new ones", "constant", "starts", "rounded"],
+    ids=["new ones", "constant", "starts", "rounded", "comes back"],
 )
 def test_positions_that_are_measured_each_time(values):
     assert not any(dropped(values))
+
+
+def test_other_values_have_to_be_repeated_more_often():
+    found = dropped([k // 2 for k in range(40)], runs=TUNING.values)
+    assert found == [k >= 2 * TUNING.values and k % 2 > 0 for k in range(40)]
+    longer = [0, 0, 0, 0, 0, *(k // 2 for k in range(2, 22))]
+    assert not any(dropped(longer, runs=TUNING.values))
 
 
 def test_a_drone_that_stops_is_measured_again_after_one_and_a_half_times_as_long():
@@ -74,17 +82,17 @@ def test_one_position_that_comes_late_changes_nothing_and_new_ones_end_it():
     ids=["height", "gimbal", "fix"],
 )
 def test_a_value_is_repeated_within_that_time_by_a_later_sample(sample):
-    held = HeldValues()
+    held = HeldValues(TUNING.positions)
     first, within, at = 10**18, 10**18 + 1_400_000_000, 10**18 + 1_500_000_000
-    assert not held.repeats(sample(first), sample(within))
+    assert not repeats(sample(first), sample(within), held.held_s)
     for k in range(13):
         held.update(fix(0.25 * k, k // 4))
     assert held.held_s == 1.5
-    assert held.repeats(sample(first), sample(within))
-    assert not held.repeats(sample(first), sample(at))
-    assert not held.repeats(sample(within), sample(first))
-    assert not held.repeats(sample(first), sample(within, 0.5))
+    assert repeats(sample(first), sample(within), held.held_s)
+    assert not repeats(sample(first), sample(at), held.held_s)
+    assert not repeats(sample(within), sample(first), held.held_s)
+    assert not repeats(sample(first), sample(within, 0.5), held.held_s)
     held.update(fix(0.0, 9))  # older: says nothing
     assert held.held_s == 1.5
     held.clear()
-    assert not held.repeats(sample(first), sample(within))
+    assert held.held_s == 0.0
