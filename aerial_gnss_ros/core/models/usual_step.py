@@ -25,11 +25,11 @@ class UsualStep:
     """Root mean square of recent steps.
 
     Args:
-        first: taken for usual before the first one.
+        first: taken for usual before the first one; counts as one step.
     """
 
     def __init__(self, first: float) -> None:
-        self._squared = first**2
+        self._squared, self._weight = first**2, 1.0
 
     def is_odd(self, step: float, allowed: float) -> bool:
         """Return whether a step is conspicuous; `allowed`: what the drone's motion explains."""
@@ -37,5 +37,5 @@ class UsualStep:
 
     def update(self, step: float, seconds: float) -> None:
         """Take in a step, some seconds after the previous one."""
-        share = 1.0 - math.exp(-seconds / TUNING.usual_memory_s)
-        self._squared += share * (step**2 - self._squared)
+        self._weight = 1.0 + math.exp(-seconds / TUNING.usual_memory_s) * self._weight
+        self._squared += (step**2 - self._squared) / self._weight

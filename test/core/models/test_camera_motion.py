@@ -64,11 +64,22 @@ def _height_jumps(heights):
         ([20.0] * 200 + [20.0 + 0.9 * i for i in range(50)] + [64.1] * 20, {}),
         ([20.0] * 200 + [24.0] * 20, {200: 4.0}),
         ([20.0] * 200 + [16.0] * 20 + [20.0] * 20, {200: -4.0, 220: 4.0}),
-        ([20.0] * 20 + [24.0] * 20, {}),  # what is usual is not known yet
+        ([20.0] * 2 + [24.0] * 20, {}),  # what is usual is not known yet
+        ([20.0] * 20 + [24.0] * 20, {20: 4.0}),
         ([20.0 + i % 2 for i in range(200)] + [25.0] * 20, {}),  # steps of 1 m are usual
         ([20.0 + i % 2 for i in range(200)] + [29.0] * 20, {200: 8.0}),
     ],
-    ids=["stays", "climbs", "begins to climb", "jumps", "back", "at once", "noise", "above noise"],
+    ids=[
+        "stays",
+        "climbs",
+        "begins to climb",
+        "jumps",
+        "back",
+        "at once",
+        "soon",
+        "noise",
+        "above noise",
+    ],
 )
 def test_a_height_that_jumps_is_distinguished_from_a_drone_that_climbs(heights, jumps):
     assert _height_jumps(heights) == jumps

@@ -138,16 +138,23 @@ def test_a_robot_that_turns_back_unseen_keeps_its_name(sea):
     assert results[-1].estimates[0].state is State.CONFIRMED
 
 
-@pytest.mark.parametrize("unseen_s", [1.5, 6.0])
-def test_seen_again_from_the_other_side_with_a_wrong_compass(sea, unseen_s):
-    """4 deg of heading at 25 m: the robot seems 1.7 m to one side, then 1.7 m to the other."""
+@pytest.mark.parametrize(("unseen_s", "size"), [(1.5, 0.4), (6.0, 1.0)])
+def test_seen_again_from_the_other_side_with_a_wrong_compass(sea, unseen_s, size):
+    """4 deg of heading at 25 m: the robot seems 1.7 m to one side, then 1.7 m to the other.
+
+    From lower in a shorter time: a drone that flies 50 m at once is a receiver that jumps.
+    """
     begin, end = 4.0, 4.0 + unseen_s
     far = lambda t: t > 0.5 * (begin + end)  # noqa: E731
     world = sea.World(
-        drone=lambda t: (0.0, 50.0 * float(np.clip((t - begin) / unseen_s, 0.0, 1.0)), 30.0),
+        drone=lambda t: (
+            0.0,
+            size * 50.0 * float(np.clip((t - begin) / unseen_s, 0.0, 1.0)),
+            size * 30.0,
+        ),
         rpy_deg=lambda t: (0.0, 50.0, -90.0 if far(t) else 90.0),
         rpy_bias_deg=(0.0, 0.0, 4.0),
-        robots={"a": lambda _t: (0.0, 25.0)},
+        robots={"a": lambda _t: (0.0, size * 25.0)},
         hidden=lambda _name, t: begin < t < end,
         pixel_sigma=1.0,
     )
@@ -158,9 +165,9 @@ def test_seen_again_from_the_other_side_with_a_wrong_compass(sea, unseen_s):
     if unseen_s < 2.0:  # within confirm_window_s the gate itself lets it in, at once
         again = next(r for r in results if r.stamp_ns >= sea.stamp(end))
         assert again.estimates[0].state is State.CONFIRMED
-    assert first.position[0] == pytest.approx(-1.75, abs=0.2)
+    assert first.position[0] == pytest.approx(-1.75 * size, abs=0.2 * size)
     # the two sides show the compass's error; a robot that could have moved meanwhile shows less
-    assert abs(last.position[0]) < (0.6 if unseen_s < 2.0 else 1.7)
+    assert abs(last.position[0]) < size * (0.6 if unseen_s < 2.0 else 1.7)
 
 
 @pytest.mark.parametrize("stays_s", [0.05, 10.0], ids=["one stray box", "a jump"])
