@@ -127,7 +127,7 @@ class GnssJumpDetector:
         jump = self.offset
         believed = self._believed + jump
         self._log.add(
-            f"The drone's position stays {_length(jump):.0f} m from that before its jump; robots "
+            f"The drone's position stays {_length(jump):.1f} m from that before its jump; robots "
             "may be wrong by as much, as their covariances state."
         )
         self._end()
@@ -153,7 +153,7 @@ class GnssJumpDetector:
             return
         self._log.counts["position_jumps"] += 1
         self._log.add(
-            f"The drone's position jumped by {length:.0f} m "
+            f"The drone's position jumped by {length:.1f} m "
             f"within {passed:.2g} s{'.' if told else ': boxes are not used until it settles.'}"
         )
 

@@ -75,6 +75,17 @@ def test_a_smaller_jump_is_believed_at_once_where_robots_tell_of_it():
     assert flown(8.0, 4.5)[85] == (True, 0.0)  # that is nearer to where it jumped to
 
 
+def test_a_jump_of_less_than_half_a_metre_is_not_called_one_of_0_m():
+    log = Events()
+    jumps = GnssJumpDetector(log)
+    for i, at in enumerate([0.0] * 300 + [0.44] * 2):
+        now, expected = np.array([at, 0.0, 20.0]), np.array([0.44 * (i > 300), 0.0, 20.0])
+        jumps.update(now, expected, 0.1, 0.02, [i == 300].pop)
+    said = log.drain()
+    assert "jumped by 0.4 m" in said[0]
+    assert "stays 0.4 m" in said[1]
+
+
 def test_a_step_stands_out_from_those_before_it_and_from_what_is_stated():
     def asked(steps, step, stated=1.0, passed=0.1):
         jumps = GnssJumpDetector(Events())
