@@ -233,7 +233,9 @@ def _squares(world, results, sea, of):
 def test_a_runaway_slower_than_robots_is_published_as_doubt(sea, axis, robots_a_law, monkeypatch):
     """2 deg/s for 8 s at 34 m is some 10 m: robots seem to swim, and nobody can say it is wrong."""
     monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=robots_a_law))
-    world = sea.World(robots=ROBOTS, pixel_sigma=1.5)
+    # A gimbal whose values are equal to the last bit between two steps would only repeat old ones.
+    rpy_deg = lambda t: (1e-6 * t, 60.0, 90.0)  # noqa: E731
+    world = sea.World(robots=ROBOTS, rpy_deg=rpy_deg, pixel_sigma=1.5)
     engine = sea.estimator({"noise.gnss_offset_m": 0.02})
     before = sea.play(engine, world, 8.0, images=10, until_flush=False)
     of = {
