@@ -154,6 +154,9 @@ class UnwatchedChanges(VelocityChanges):
     def drop(self, kept: NDArray[np.bool_]) -> None:
         """Do nothing."""
 
+    def inherit(self, old: int, new: int, change: Array, unknown: float) -> None:
+        """Do nothing."""
+
     def copy(self, other: VelocityChanges, slot: int) -> None:
         """Do nothing."""
 

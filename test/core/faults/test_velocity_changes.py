@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.faults.manoeuvre_noise import TUNING as MANOEUVRE_NOISE
-from aerial_gnss_ros.core.faults.velocity_changes import VelocityChanges
+from aerial_gnss_ros.core.faults.velocity_changes import UnwatchedChanges, VelocityChanges
 
 BOTH = np.arange(2)
 
@@ -121,3 +121,15 @@ def test_a_robot_that_an_image_does_not_show_is_no_surer_for_it():
     changes.widen(BOTH, less, 2.0 * less, seen=True)
     assert changes.position_covariances[:, 0, 0].tolist() == [1.0, 1.0]
     assert changes.velocity_covariances[:, 1, 1].tolist() == [2.0, 2.0]
+
+
+def test_of_robots_that_are_not_watched_nothing_is_kept():
+    changes = UnwatchedChanges()
+    changes.add(2)
+    changes.predict(0.1, 0.0)
+    changes.update(BOTH, np.ones((2, 2)), np.ones(2))
+    changes.note_inflation(BOTH, 0.5)
+    changes.inherit(0, 1, np.array([-0.1, 0.5]), 0.2)
+    changes.copy(_two(), 0)
+    changes.drop(np.array([True, False]))
+    assert not len(changes.position_covariances)

@@ -72,6 +72,16 @@ def test_robots_that_swim_are_published_as_if_nobody_asked(fleet_of):
     assert repr(found[-1]) == repr(plain[-1])
 
 
+def test_a_drone_that_joins_late_finds_the_robots_that_stay(orbit):
+    """Its robots become those of the others in both laws."""
+    fleet, joins_ns = finding(orbit), START_NS + 20 * 10**9
+    for name, seen in told(orbit):
+        if name == "a" or seen.pose.stamp_ns >= joins_ns:
+            fleet.update(name, seen)
+    assert fleet.table.staying.law is not None
+    assert [robot.labels.keys() for robot in fleet.table.robots] == [{0, 1}] * 3
+
+
 def test_a_receiver_that_jumps_makes_it_begin_anew(orbit):
     fleet, sightings = finding(orbit), told(orbit)
     for name, seen in sightings[:150]:
