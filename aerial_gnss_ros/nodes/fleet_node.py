@@ -124,6 +124,7 @@ class FleetNode(SupervisedNode):
         result = self._shore.advance()
         self.log_sentences(self._shore.notes)
         self._shore.notes.clear()
+        self._tell_failures()
         if result is not None:
             self._results += 1
             self._stamp_ns = result.stamp_ns
@@ -132,6 +133,13 @@ class FleetNode(SupervisedNode):
             result = self._predicted()
         if result is not None:
             self._overviews.keep(self._positions.send(result))
+
+    def _tell_failures(self) -> None:
+        """Log and count what could not be applied: that is an error of this program."""
+        failures = [] if self._shore.history is None else self._shore.history.failures
+        for failure in failures:
+            self.survive(failure)
+        failures.clear()
 
     def _predicted(self) -> FrameResult | None:
         """Return predicted positions while all drones are silent, so that no message grows old."""
@@ -178,8 +186,6 @@ class FleetNode(SupervisedNode):
         silent_s = self._overdue.seconds(self._passing_ns())
         if silent_s:
             words = f"no image of any drone for {silent_s:.0f} s: {words} predicted"
-        if history.failure:
-            return [*lines, Status("positions", WARN, f"{words}; {history.failure}", values)]
         level = WARN if silent_s else OK if self._results else STALE
         return [*lines, Status("positions", level, words, values)]
 

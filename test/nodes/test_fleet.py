@@ -251,6 +251,18 @@ def test_what_is_wrong_with_a_drone_is_said_and_the_other_goes_on(ros, tmp_path)
     assert "its clock is 0.30 s ahead of the others'" in said(node)["drone a"].message
 
 
+def test_a_sighting_that_fails_is_logged_and_counted(ros, tmp_path):
+    path = tmp_path / "p.yaml"
+    path.write_text("fleet: {ros__parameters: {drones: [a]}}", encoding="utf-8")
+    node = ros.add(FleetNode(Given(files=[path])))
+    assert node._node_status().values == {"internal_errors": 0}
+    node._shore.history = SimpleNamespace(failures=[ValueError("of no use")], advance=list)
+    node._advance()
+    assert node._shore.history.failures == []
+    assert node._node_status().level == WARN
+    assert node._node_status().message == "1 internal error: ValueError: of no use"
+
+
 def test_while_all_drones_are_silent_predictions_are_published_once_a_second(
     ros, tmp_path, monkeypatch
 ):
@@ -261,7 +273,7 @@ def test_while_all_drones_are_silent_predictions_are_published_once_a_second(
     node._positions = SimpleNamespace(departures=SimpleNamespace(present=[1]), send=told.append)
     node._overviews = SimpleNamespace(keep=lambda _result: None)
     node._shore = SimpleNamespace(
-        follow_clock=lambda _now: False, advance=lambda: None,
+        follow_clock=lambda _now: False, advance=lambda: None, history=None,
         predicted=lambda stamp_ns: FrameResult(stamp_ns, "", (), (), None),
         notes=["Reference pier is a_1.", WarningText("Reference mark is not used.")],
     )  # fmt: skip

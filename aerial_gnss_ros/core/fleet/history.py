@@ -75,7 +75,7 @@ class History:
         refused: sightings that were not used: `too_late` for what is kept, or `failed`.
         applied: number of sightings applied, again and again as often as that was.
         returned: how often it has gone back.
-        failure: why the last one failed, for developers; empty if none has.
+        failures: what the last ones raised, until they are taken.
     """
 
     def __init__(self, fleet: Fleet, drones: Sequence[str], clock: Callable[[], int]) -> None:
@@ -88,7 +88,7 @@ class History:
         self._pause_until_ns: int | None = None
         self.refused: Counter[str] = Counter()
         self.applied = self.returned = 0
-        self.failure = ""
+        self.failures: list[Exception] = []
 
     def _begin(self, fleet: Fleet) -> None:
         self.fleet, self._sessions = fleet, dict[str, int]()
@@ -199,7 +199,7 @@ class History:
         self._last = key
         update = attempt(self.fleet.update, sent.drone, sent.sighting, publish)
         if isinstance(update, Exception):
-            self.failure = f"{type(update).__name__}: {update}"
+            self.failures.append(update)
             return None
         return update
 

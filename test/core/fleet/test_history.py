@@ -193,7 +193,7 @@ def test_what_fails_leaves_nothing_behind(late):
         clock.ns = SECOND_NS
         history.advance()
     assert history.refused == {FAILED: 1}
-    assert history.failure == "ValueError: of no use"
+    assert [str(one) for one in history.failures] == ["of no use"]
     assert seconds(history.fleet) == [k / 10.0 for k in range(30)]
 
 
