@@ -10,6 +10,7 @@ from typing import Any
 
 from aerial_gnss_ros.adapters.feed import Subscription
 from aerial_gnss_ros.adapters.versions import newest_version
+from aerial_gnss_ros.bags.one_drone import refuse_two_drones
 from aerial_gnss_ros.bags.reader import BagReader, Topic
 from aerial_gnss_ros.core.values.errors import InputError
 
@@ -59,8 +60,8 @@ def make_plan(
         detect: run the detector even if the bag has detections.
 
     Raises:
-        InputError: a needed topic is missing (all missing ones are named) or has another type, or
-            the bag has neither detections nor images.
+        InputError: a needed topic is missing (all missing ones are named) or has another type, the
+            bag has neither detections nor images, or bags are of two drones.
     """
     inputs = {s.name: s for s in subscriptions}
     boxes = inputs.pop(DETECTIONS)
@@ -76,6 +77,8 @@ def make_plan(
         if _has(bag, topic):
             _check_type(bag, topic, subscription)
             routes[topic] = _both(routes.get(topic), subscription)
+    if len(bag.paths) > 1:
+        refuse_two_drones(bag, [topic for topic, one in found if one.name == "fix"])
     return Plan(routes, boxes, images)
 
 

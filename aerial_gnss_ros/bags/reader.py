@@ -62,6 +62,11 @@ class Recorded:
     _bag: _Bag
     _connection: Connection
 
+    @property
+    def path(self) -> Path:
+        """The bag that it is from."""
+        return self._bag.path
+
     def message(self) -> Any:
         """Return the message, with the same attributes as rclpy's.
 
@@ -174,6 +179,12 @@ class BagReader:
     def end_ns(self) -> int:
         """Time just after the last message, ns; 0 without messages."""
         return max((b.reader.end_time for b in self._bags if b.reader.message_count), default=0)
+
+    @property
+    def spans(self) -> dict[Path, tuple[int, int]]:
+        """Times of the first message and just after the last one of each bag that has any, ns."""
+        readers = {bag.path: bag.reader for bag in self._bags if bag.reader.message_count}
+        return {path: (one.start_time, one.end_time) for path, one in readers.items()}
 
     def messages(
         self,
