@@ -118,8 +118,8 @@ class DronesReplay:
             on_message: called with the number of messages read so far.
 
         Raises:
-            InputError: a bag is damaged, no image of any drone has a pose, or the drones have not
-                flown at one place and time.
+            InputError: a bag is damaged, no image of any drone has a pose, two recordings are of
+                one drone, or the drones have not flown at one place and time.
         """
         images: list[_Image] = []
         datum, done = None, 0
@@ -133,6 +133,7 @@ class DronesReplay:
             raise InputError("no image of any drone has a camera pose: there is nothing to join.")
         local = LocalMap(datum)
         limits = {name: one.limits.origin_distance_m for name, one in self._configs.items()}
+        refuse_one_flight(images)
         refuse_apart(images, local, limits)
         fleet = Fleet(self._configs, local, self._share)
         images.sort(key=lambda one: (one.scene_ns, one.drone))
@@ -226,6 +227,28 @@ class DronesReplay:
         for name, drone, _ in self.tables.names:
             drones.setdefault(name, set()).add(drone)
         return {drone for known in drones.values() if len(known) > 1 for drone in known}
+
+
+def refuse_one_flight(images: Sequence[_Image]) -> None:
+    """Refuse a recording that is given twice: errors of one drone would count as those of two.
+
+    Args:
+        images: of all drones.
+
+    Raises:
+        InputError: two drones were at exactly one place at exactly one time.
+    """
+    drones: dict[tuple[int, float, float], str] = {}
+    for image in images:
+        if image.sighting is None:
+            continue
+        pose = image.sighting.pose
+        other = drones.setdefault((pose.stamp_ns, pose.latitude, pose.longitude), image.drone)
+        if other != image.drone:
+            raise InputError(
+                f"the recordings of {other} and {image.drone} are of one drone: it was in the same "
+                "place at the same time. Give one of each drone."
+            )
 
 
 def refuse_apart(images: Sequence[_Image], local: LocalMap, limits: Mapping[str, float]) -> None:

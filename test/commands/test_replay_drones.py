@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
@@ -129,6 +130,14 @@ def test_one_drone_with_a_name_is_a_drone_alone(two, tmp_path):
     for column, size in (("latitude_deg", 1e-8), ("var_east_m2", 0.003)):
         values = np.array([[float(row[column]) for row in table] for table in (one, plain)])
         assert np.abs(values[0] - values[1]).max() < size
+
+
+def test_a_copy_of_a_recording_is_no_second_drone(two, tmp_path, capsys):
+    copied = shutil.copytree(two[0] / "a", tmp_path / "copied")
+    given = ["--drone", f"a={two[0] / 'a'}", "--drone", f"b={copied}"]
+    assert main(["replay", *given, "-o", str(tmp_path / "both"), *QUICK]) == 2
+    assert "the recordings of a and b are of one drone" in capsys.readouterr().err
+    assert not (tmp_path / "both").exists()
 
 
 @pytest.mark.parametrize(
