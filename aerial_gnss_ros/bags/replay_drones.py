@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -50,7 +51,7 @@ class DronesReplay:
         configs: of the drones' estimators.
         detector_config: names the image topic; `load` loads the model only if needed.
         load: creates the detector.
-        namespace: that relative topics were recorded in.
+        namespaces: that relative topics of each drone were recorded in; empty of others.
         detect: run the detector even if a bag has detections.
         share: prior share of the receivers' variance that is common.
 
@@ -74,7 +75,7 @@ class DronesReplay:
         detector_config: DetectorConfig,
         load: Callable[[DetectorConfig], Detector],
         *,
-        namespace: str = "",
+        namespaces: Mapping[str, str] | None = None,
         detect: bool = False,
         share: float = 0.5,
     ) -> None:
@@ -91,10 +92,11 @@ class DronesReplay:
             tracks = replace(config.tracks, find_moored=False)
             estimator = Estimator(replace(config, state_file="", tracks=tracks))
             estimator.wrap_tracking(partial(self._tapped, name))
-            self._replays[name] = Replay(
-                bag, config, detector_config, load,
-                namespace=namespace, detect=detect, estimator=estimator,
-            )  # fmt: skip
+            with _named(name):
+                self._replays[name] = Replay(
+                    bag, config, detector_config, load,
+                    namespace=(namespaces or {}).get(name, ""), detect=detect, estimator=estimator,
+                )  # fmt: skip
         sources = {one.summary.detections_from for one in self._replays.values()}
         self.summary.detections_from = " and ".join(sorted(sources))
 
@@ -285,6 +287,16 @@ def refuse_apart(images: Sequence[_Image], local: LocalMap, limits: Mapping[str,
                 f"the recording of drone {name} is {gap * 1e-9:.0f} s apart from those of the "
                 "others: all stamps must be of one clock."
             )
+
+
+@contextmanager
+def _named(drone: str) -> Iterator[None]:
+    """Say of which drone something is wrong, and which option is that of one drone."""
+    try:
+        yield
+    except InputError as error:
+        words = str(error).replace(" --namespace ", f" --drone-namespace {drone}=")
+        raise InputError(f"drone {drone}: {words}") from error
 
 
 def _counted(on_message: Callable[[int], None], before: int, read: int) -> None:

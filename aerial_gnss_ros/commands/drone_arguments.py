@@ -16,12 +16,22 @@ _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 def drone_file(text: str) -> tuple[str, Path]:
     """Parse NAME=PATH, such as a=flight_bag."""
-    name, equals, path = text.partition("=")
-    if not (equals and path and _NAME.fullmatch(name)):
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is not NAME=PATH with a name of small letters, digits and underscores"
-        )
+    name, path = _named(text, "PATH")
     return name, Path(path)
+
+
+def drone_namespace(text: str) -> tuple[str, str]:
+    """Parse NAME=NAMESPACE, such as a=drone1."""
+    return _named(text, "NAMESPACE")
+
+
+def _named(text: str, what: str) -> tuple[str, str]:
+    name, equals, given = text.partition("=")
+    if not (equals and given and _NAME.fullmatch(name)):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not NAME={what} with a name of small letters, digits and underscores"
+        )
+    return name, given
 
 
 def add_arguments(group: argparse._ArgumentGroup) -> None:
@@ -34,6 +44,11 @@ def add_arguments(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--drone-params", type=drone_file, action="append", default=[], metavar="NAME=FILE",
         help="with --drone: parameters of this drone alone, after those of --params",
+    )  # fmt: skip
+    group.add_argument(
+        "--drone-namespace", type=drone_namespace, action="append", default=[],
+        metavar="NAME=NAMESPACE",
+        help="with --drone: namespace of this drone's relative topics, in place of --namespace",
     )  # fmt: skip
     group.add_argument(
         "--gnss-share", type=float, metavar="P",
@@ -49,7 +64,7 @@ def check(args: argparse.Namespace) -> None:
         ConfigError: says which.
     """
     if not args.drone:
-        for name in ("drone_params", "gnss_share"):
+        for name in ("drone_params", "drone_namespace", "gnss_share"):
             if getattr(args, name):
                 raise ConfigError(f"--{name.replace('_', '-')} applies only with --drone.")
         if not args.bags:
@@ -61,23 +76,31 @@ def check(args: argparse.Namespace) -> None:
     twice = [name for name, count in Counter(name for name, _ in args.drone).items() if count > 1]
     if twice:
         raise ConfigError(f"two drones are called {twice[0]}; each needs a name of its own.")
-    unknown = {name for name, _ in args.drone_params} - {name for name, _ in args.drone}
-    if unknown:
-        raise ConfigError(f"--drone-params names {min(unknown)}, which is none of the drones.")
+    for option in ("drone_params", "drone_namespace"):
+        unknown = {name for name, _ in getattr(args, option)} - {name for name, _ in args.drone}
+        if unknown:
+            given = f"--{option.replace('_', '-')}"
+            raise ConfigError(f"{given} names {min(unknown)}, which is none of the drones.")
     _refuse_one_recording(args)
     share = args.gnss_share
     if share is not None and not 0.0 <= share <= 1.0:
         raise ConfigError(f"--gnss-share must lie within 0 to 1, not {share:g}.")
 
 
+def namespace(args: argparse.Namespace, drone: str) -> str:
+    """Return the namespace in which a drone's relative topics were recorded."""
+    own: str = dict(args.drone_namespace).get(drone, args.namespace)
+    return own.strip("/")
+
+
 def _refuse_one_recording(args: argparse.Namespace) -> None:
     """Refuse a recording of one drone as that of two: its errors would count as independent."""
-    of = dict[tuple[Path, tuple[Path, ...]], str]()
+    of = dict[tuple[Path, tuple[Path, ...], str], str]()
     for name, path in args.drone:
         own = tuple(file.resolve() for drone, file in args.drone_params if drone == name)
-        other = of.setdefault((path.resolve(), own), name)
+        other = of.setdefault((path.resolve(), own, namespace(args, name)), name)
         if other != name:
             raise ConfigError(
                 f"{other} and {name} have the same recording, {path}; give one of each drone, or "
-                "--drone-params with each one's topics if it contains both."
+                "--drone-namespace or --drone-params with each one's topics if it contains both."
             )

@@ -14,6 +14,7 @@ from aerial_gnss_ros.bags.reader import BagReader, open_bag
 from aerial_gnss_ros.bags.replay_drones import DronesReplay
 from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.bags.stated_datum import with_stated_datum
+from aerial_gnss_ros.commands import drone_arguments
 from aerial_gnss_ros.commands.configuration import Configuration, configuration
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
@@ -45,7 +46,8 @@ def replay_drones(args: argparse.Namespace, load: Load, finish: Finish) -> Drone
         share = 0.5 if args.gnss_share is None else args.gnss_share
         replay = DronesReplay(
             bags, configs, found.detector, load,
-            namespace=args.namespace, detect=args.model is not None, share=share,
+            namespaces={name: drone_arguments.namespace(args, name) for name in bags},
+            detect=args.model is not None, share=share,
         )  # fmt: skip
         with partial(args.output) as folder:
             folder.mkdir()
@@ -66,5 +68,6 @@ def replay_drones(args: argparse.Namespace, load: Load, finish: Finish) -> Drone
 def _own(args: argparse.Namespace, name: str) -> Configuration:
     """Return the configuration of one drone."""
     own = argparse.Namespace(**vars(args))
+    own.namespace = drone_arguments.namespace(args, name)
     own.params = [*args.params, *(path for one, path in args.drone_params if one == name)]
     return configuration(own)

@@ -12,7 +12,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.bags.reader import open_bag
 from aerial_gnss_ros.bags.replay_drones import _Image, refuse_apart
+from aerial_gnss_ros.bags.writer import BagWriter
 from aerial_gnss_ros.cli import main
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import InputError
@@ -140,6 +142,41 @@ def test_a_copy_of_a_recording_is_no_second_drone(two, tmp_path, capsys):
     assert not (tmp_path / "both").exists()
 
 
+def test_drones_are_recorded_in_namespaces_of_their_own(two, tmp_path, capsys):
+    """One bag has both, as one that was recorded ashore."""
+    with BagWriter(tmp_path / "shore") as ashore:
+        for name in "ab":
+            with open_bag(two[0] / name) as bag:
+                for one in bag.messages([t for t in bag.topics if "truth" not in t]):
+                    ashore.write(f"/{name}{one.topic}", one.msgtype, one.log_ns, one.raw)
+    shore = tmp_path / "shore"
+    given = ["replay", "--drone", f"a={shore}", "--drone", f"b={shore}", *QUICK]
+    spaces = ["--drone-namespace", "a=a", "--drone-namespace", "b=b"]
+    assert main([*given, "-o", str(tmp_path / "none")]) == 2
+    assert "a and b have the same recording" in capsys.readouterr().err
+    assert main([*given, "-o", str(tmp_path / "half"), *spaces[:2]]) == 2
+    assert "drone b: " in (said := capsys.readouterr().err)
+    assert "give the topics' names" in said
+    assert main([*given, "-o", str(tmp_path / "both"), *spaces]) == 0
+    own = ["--drone", f"a={two[0] / 'a'}", "--drone", f"b={two[0] / 'b'}", *QUICK]
+    assert main(["replay", *own, "-o", str(tmp_path / "plain")]) == 0
+    both, plain = (rows(tmp_path / name / "positions.csv") for name in ("both", "plain"))
+    assert [row["robot_id"] for row in both] == [row["robot_id"] for row in plain]
+    for column in ("latitude_deg", "longitude_deg"):  # the truth of `plain` states the datum
+        np.testing.assert_allclose(
+            [float(row[column]) for row in both], [float(row[column]) for row in plain], atol=1e-8
+        )
+
+
+def test_the_namespace_of_one_drone_is_proposed(two, tmp_path, capsys):
+    with BagWriter(tmp_path / "b") as written, open_bag(two[0] / "b") as bag:
+        for one in bag.messages([t for t in bag.topics if "truth" not in t]):
+            written.write(f"/drone2{one.topic}", one.msgtype, one.log_ns, one.raw)
+    given = ["--drone", f"a={two[0] / 'a'}", "--drone", f"b={tmp_path / 'b'}", *QUICK]
+    assert main(["replay", *given, "-o", str(tmp_path / "both")]) == 2
+    assert "try --drone-namespace b=drone2." in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -150,6 +187,9 @@ def test_a_copy_of_a_recording_is_no_second_drone(two, tmp_path, capsys):
         (["--each", "--drone", "a=x"], "give --each or --drone, not both"),
         (["--drone", "a=x", "--drone", "a=y"], "two drones are called a"),
         (["--drone", "a=x", "--drone-params", "b=y"], "names b, which is none of the drones"),
+        (["--drone", "a=x", "--drone-namespace", "b=y"], "names b, which is none of the drones"),
+        (["--drone", "a=x", "--drone-namespace", "b"], "'b' is not NAME=NAMESPACE"),
+        (["bag", "--drone-namespace", "b=y"], "--drone-namespace applies only with --drone"),
         (["--drone", "a=x", "--gnss-share", "2"], "--gnss-share must lie within 0 to 1, not 2"),
         (["bag", "--gnss-share", "0.2"], "--gnss-share applies only with --drone"),
         (["--drone", "a=absent", "--drone", "b=absent as well"], "absent"),
