@@ -8,7 +8,6 @@ The page opens a WebSocket, receives `hello`, and from then on `scene`s and pict
 
 from __future__ import annotations
 
-import math
 from typing import Any, Protocol
 
 from aerial_gnss_ros.core.values.errors import InputError
@@ -20,6 +19,7 @@ from aerial_gnss_ros.view.tiles import Tiles
 
 PAGE = "view.html"
 SOCKET = "/socket"
+_LONGEST_S = 1e9  # of a recording: whatever is larger is not from our page
 
 
 class Watchers(Protocol):
@@ -81,7 +81,7 @@ class RecordingSocket(Socket):
             self._looks = bool(fields["picture"])
             self._shown_ns = None
         seconds = fields.get("at_s")
-        if isinstance(seconds, int | float) and math.isfinite(seconds):
+        if isinstance(seconds, int | float) and abs(seconds) < _LONGEST_S:
             self._wanted_s = float(seconds)
             self.send({"kind": "scene", **self._recording.at(self._wanted_s)})
         if self._looks and self._pictures is not None and (self._work is None or self._work.done()):

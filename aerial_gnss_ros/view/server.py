@@ -197,6 +197,8 @@ def _guard(handler: _Handler) -> None:
 class _File(tornado.web.StaticFileHandler):
     def prepare(self) -> None:
         _guard(self)
+        if any("\0" in part for part in self.path_args):  # no name of a file
+            raise tornado.web.HTTPError(404)
 
     def set_extra_headers(self, path: str) -> None:  # noqa: ARG002 - tornado's signature
         self.set_header("Cache-Control", "no-cache")  # after an update the new page comes
@@ -257,7 +259,7 @@ class Socket(tornado.websocket.WebSocketHandler):
         """Pass on what is a JSON object; anything else is not of our page and is ignored."""
         try:
             fields = json.loads(message)
-        except ValueError:
+        except (ValueError, RecursionError):
             return
         if isinstance(fields, dict):
             self.received(fields)

@@ -73,12 +73,15 @@ def test_the_page_and_its_files_are_served_and_nothing_beside_them(pages):
     async def task(url, _seen):
         return [
             await get(url + path)
-            for path in ("", "static/page.html", "hello", "static/..%2Fsecret.txt", "secret.txt")
-        ]
+            for path in (
+                "", "static/page.html", "hello", "static/..%2Fsecret.txt", "secret.txt",
+                "static/page.html%00",
+            )
+        ]  # fmt: skip
 
     (page, file, hello, *outside), _ = served(pages, task)
     assert (page.body, file.body, hello.body) == (b"<p>page</p>", b"<p>page</p>", b"hello")
-    assert [answer.code for answer in outside] == [403, 404]
+    assert [answer.code for answer in outside] == [403, 404, 404]
 
 
 def test_pages_may_load_nothing_from_elsewhere(pages):
@@ -118,6 +121,7 @@ def test_a_browser_gets_messages_and_may_leave_at_any_time(pages):
         first = await tornado.websocket.websocket_connect(address)
         hello = await first.read_message()
         await first.write_message("no JSON")
+        await first.write_message("[" * 100_000)
         await first.write_message(json.dumps({"kind": "asked"}))
         answer = await first.read_message()
         first.close()
