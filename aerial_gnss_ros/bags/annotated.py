@@ -39,12 +39,14 @@ class AnnotatedPictures:
         """Exit; nothing is closed."""
 
     def add(self, name: str, image: Image, found: DetectionFrame) -> None:
-        """Write an image with its boxes.
+        """Write an image with its boxes: a.jpg of a.png, a.png.jpg if there is an a.jpg already.
 
         Raises:
             OSError: it cannot be written.
         """
         path = self._folder / Path(name).with_suffix(".jpg")
+        if path.exists():
+            path = path.with_name(f"{Path(name).name}.jpg")
         path.parent.mkdir(parents=True, exist_ok=True)
         write_jpeg(path, with_boxes(image, found), _QUALITY)
 

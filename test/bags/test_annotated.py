@@ -33,6 +33,13 @@ def test_a_file_for_each_picture(tmp_path):
     assert (SEA == 60).all()
 
 
+def test_pictures_that_differ_in_their_ending_have_a_file_each(tmp_path):
+    with AnnotatedPictures(tmp_path) as sink:
+        for name in ("a.jpg", "a.png", "b.png"):
+            sink.add(name, SEA, FOUND)
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["a.jpg", "a.png.jpg", "b.jpg"]
+
+
 def test_a_video_of_all(tmp_path):
     path = tmp_path / "a.mp4"
     try:
