@@ -132,7 +132,8 @@ def _nothing(args: argparse.Namespace, others: list[str], heard: bool) -> str:
             "last known position is printed."
         )
     known = f"only {', '.join(others)}" if others else "no robot"
+    known += " are" if len(others) > 1 else " is"
     return (
-        f"no position of {args.robot} within {args.seconds:g} s; {known} is published here. Check "
+        f"no position of {args.robot} within {args.seconds:g} s; {known} published here. Check "
         "the estimator, its --namespace, ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE."
     )
