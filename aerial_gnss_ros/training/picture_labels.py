@@ -72,9 +72,14 @@ class PictureLabels:
     """
 
     def __init__(self, path: Path, class_names: Sequence[str]) -> None:
+        self._path = path
         self._folder = path if path.is_dir() else None
         self._names = tuple(class_names)
         self._rows = {} if path.is_dir() else _table(path)
+        self._by_name: dict[str, list[str]] = {}
+        for name in self._rows:
+            self._by_name.setdefault(Path(name).name, []).append(name)
+        self._used: dict[str, Path] = {}  # the first picture of each
         if path.is_dir() and not any(path.glob("*.txt")):
             raise InputError(
                 f"{path} holds no label files (*.txt); give the folder of YOLO's text files, or a "
@@ -85,17 +90,36 @@ class PictureLabels:
         """Return the labels of an image; None if it has none.
 
         Args:
-            name: of its file; the folder does not count.
+            name: of its file; the folder counts only where several have a file of this name.
             size: width and height, px.
+
+        Raises:
+            InputError: the same labels were those of an image in another folder.
         """
         own = Path(name)
         if self._folder is None:
-            rows = self._rows.get(own.name)
-            return None if rows is None else _labels(rows)
+            named = [name] if name in self._rows else self._by_name.get(own.name, [])
+            if len(named) != 1 or not self._free(named[0], own):
+                return None
+            return _labels(self._rows[named[0]])
         file = self._folder / f"{own.stem}.txt"
-        if not file.is_file():
+        if not file.is_file() or not self._free(file.name, own):
             return None
         return _labels(_yolo(file, self._names, size))
+
+    def _free(self, label: str, picture: Path) -> bool:
+        """Return whether labels are not those of an image in another folder, which has their name.
+
+        Raises:
+            InputError: they were taken for that image by its name without the folder.
+        """
+        before = self._used.setdefault(label, picture)
+        if before.parent != picture.parent and str(before) != label:
+            raise InputError(
+                f"{self._path}: {label} would be the labels of {before} and of {picture}; score "
+                "the folders separately, or give labels with the folders' names."
+            )
+        return before.parent == picture.parent
 
 
 Row = tuple[str, float, float, float, float]
@@ -110,8 +134,7 @@ def _labels(rows: Sequence[Row]) -> Labels:
 def _table(path: Path) -> dict[str, list[Row]]:
     rows: dict[str, list[Row]] = {}
     for line, row in table_rows(path, ("file_name", *_POSITION), "a table of labels"):
-        name = Path(row["file_name"]).name
-        of_picture = rows.setdefault(name, [])
+        of_picture = rows.setdefault(row["file_name"], [])
         kind = row.get("class", row.get("class_id", ""))
         if not kind:
             continue

@@ -125,6 +125,21 @@ def test_several_inputs_keep_their_names_apart(folder, tmp_path):
     assert (tmp_path / "out" / "pictures" / "other" / "1.jpg").is_file()
 
 
+def test_labels_of_one_folder_are_not_those_of_another(folder, tmp_path, capsys):
+    images, other = folder / "images" / "test", tmp_path / "other"
+    other.mkdir()
+    cv2.imwrite(str(other / "0.png"), np.full((96, 128, 3), 90, dtype=np.uint8))
+    assert run(images, other, "-o", tmp_path / "out") == 0
+    capsys.readouterr()
+    own = tmp_path / "out" / "boxes.csv"
+    assert run(images, other, "--against", own, "-o", tmp_path / "again") == 0
+    assert "precision 1.000, recall 1.000" in capsys.readouterr().out
+    named = tmp_path / "labels.csv"
+    named.write_text(own.read_text().replace("test/", "").replace("other/", ""))
+    assert run(images, other, "--against", named, "-o", tmp_path / "both") == 2
+    assert "0.png would be the labels of" in capsys.readouterr().err
+
+
 def test_a_picture_that_cannot_be_read_is_reported_and_left_out(folder, tmp_path, capsys):
     (folder / "images" / "test" / "0.png").write_bytes(b"cut off")
     assert run(folder / "images" / "test", "-o", tmp_path / "out") == 0
