@@ -25,7 +25,7 @@ from aerial_gnss_ros.commands.configuration import values_of
 from aerial_gnss_ros.commands.ending import ended_cleanly
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
-from aerial_gnss_ros.core.values.errors import InputError
+from aerial_gnss_ros.core.values.errors import ConfigError, InputError
 from aerial_gnss_ros.detection.base import Detections, Detector, Image
 from aerial_gnss_ros.detection.config import DetectorConfig, detector_config
 from aerial_gnss_ros.detection.search_config import FULL, ROI, TILES
@@ -77,7 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--any-class", action="store_true", help="with --against: labels of all classes count"
     )
     parser.add_argument(
-        "--iou", type=float, default=MATCH_IOU, metavar="X",
+        "--iou", type=float, metavar="X",
         help=f"with --against: least overlap with a label, 0 to 1 (default {MATCH_IOU})",
     )  # fmt: skip
     parser.add_argument("--no-pictures", action="store_true", help="write no annotated images")
@@ -104,14 +104,18 @@ class Summary:
 def run(args: argparse.Namespace) -> int:
     """Detect robots in images."""
     refuse_existing(args.output)
-    if not 0.0 < args.iou <= 1.0:
-        raise InputError(f"--iou {args.iou:g} must lie above 0 and at most at 1.")
+    if args.against is None and (args.any_class or args.iou is not None):
+        option = "--any-class" if args.any_class else "--iou"
+        raise ConfigError(f"{option} applies only with --against.")
+    least_iou = MATCH_IOU if args.iou is None else args.iou
+    if not 0.0 < least_iou <= 1.0:
+        raise InputError(f"--iou {least_iou:g} must lie above 0 and at most at 1.")
     config = _config(args)
     sources = [open_pictures(path, config.image.max_pixels) for path in args.pictures]
     _check_names(sources)
     detector = load_detector(config)
     labels = PictureLabels(args.against, detector.class_names) if args.against else None
-    summary = Summary(comparison=Comparison(args.iou, args.any_class) if labels else None)
+    summary = Summary(comparison=Comparison(least_iou, args.any_class) if labels else None)
     with ended_cleanly(), partial(args.output) as folder:
         folder.mkdir()
         with (

@@ -156,7 +156,12 @@ def test_a_picture_that_cannot_be_read_is_reported_and_left_out(folder, tmp_path
         (["{images}", "--against", "{images}"], "holds no label files"),
         (["{images}", "--against", "{other}"], "has labels of none of these images"),
         (["{damaged}"], "cannot be read"),
-        (["{images}", "--iou", "0"], "--iou 0 must lie above 0 and at most at 1."),
+        (
+            ["{images}", "--against", "{other}", "--iou", "0"],
+            "--iou 0 must lie above 0 and at most at 1.",
+        ),
+        (["{images}", "--any-class"], "--any-class applies only with --against."),
+        (["{images}", "--iou", "0.3"], "--iou applies only with --against."),
         (["{images}", "--score", "2"], "score_threshold must lie within"),
     ],
 )
