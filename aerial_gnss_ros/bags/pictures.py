@@ -19,6 +19,7 @@ from aerial_gnss_ros.detection.image_header import MAX_PIXELS
 from aerial_gnss_ros.detection.images import decode, read_image
 
 IMAGE_ENDINGS = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff")
+_KINDS = "images, a folder, a video or a bag"
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,9 @@ def open_pictures(path: Path, max_pixels: int = MAX_PIXELS) -> Source:
             return _bag(path, max_pixels)
         return _folder(path, max_pixels)
     if not path.exists():
-        raise InputError(f"{path} does not exist; give images, a folder, a video or a bag.")
+        raise InputError(f"{path} does not exist; give {_KINDS}.")
+    if not path.is_file():
+        raise InputError(f"{path} is a device or a pipe, not a file; give {_KINDS}.")
     ending = path.suffix.lower()
     if ending in BAG_ENDINGS:
         return _bag(path, max_pixels)

@@ -91,6 +91,8 @@ def read_image(path: Path, max_pixels: int = MAX_PIXELS) -> Image:
     Raises:
         InputError: missing, not an image, damaged, or of more pixels than `max_pixels`.
     """
+    if path.is_fifo():  # would be waited for
+        raise InputError(f"cannot read {path}: it is a pipe.")
     try:
         content = path.read_bytes()
     except OSError as error:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 
 import cv2
 import numpy as np
@@ -138,6 +139,16 @@ def test_labels_of_one_folder_are_not_those_of_another(folder, tmp_path, capsys)
     named.write_text(own.read_text().replace("test/", "").replace("other/", ""))
     assert run(images, other, "--against", named, "-o", tmp_path / "both") == 2
     assert "0.png would be the labels of" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_pipe_is_not_waited_for(folder, tmp_path, capsys, inside):
+    pipe = folder / "images" / "test" / "pipe.jpg"
+    os.mkfifo(pipe)
+    assert run(pipe.parent if inside else pipe, "-o", tmp_path / "out") == (0 if inside else 2)
+    said = capsys.readouterr()
+    assert ("it is a pipe" in said.out) == inside
+    assert ("a device or a pipe, not a file" in said.err) != inside
 
 
 def test_a_picture_that_cannot_be_read_is_reported_and_left_out(folder, tmp_path, capsys):
