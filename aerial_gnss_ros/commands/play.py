@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--wait-for", nargs="+", default=[], metavar="NODE",
         help="wait until these nodes have subscribed, such as detector estimator, or with --drone "
-        "drone1/estimator",
+        "drone1/estimator; in --namespace",
     )  # fmt: skip
     parser.add_argument(
         "--wait", type=float, default=60.0, metavar="S", help="longest wait, s (%(default)g)"
@@ -125,8 +125,10 @@ def _play(args: argparse.Namespace, bag: BagReader | FleetBag) -> None:
             )
         missing = player.wait_for_nodes(args.wait_for, args.wait, pausing.going_on)
         if missing:
+            where, have = node.get_namespace(), "have" if len(missing) > 1 else "has"
             note(
-                f"{' and '.join(missing)} has not subscribed after {args.wait:g} s; playing anyway"
+                f"{' and '.join(missing)} in the namespace {where} {have} not subscribed after "
+                f"{args.wait:g} s; playing anyway"
             )
         end_ns = player.play(pausing.going_on, bag.start_ns + round(args.start * 1e9))
         player.run_on(end_ns, _AFTER_S, pausing.going_on)

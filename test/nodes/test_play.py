@@ -52,6 +52,12 @@ def test_a_recording_without_its_clock_is_said_to_be_one(ros, start, flight):
     assert "UTC, but this node's clock says" in sentence
 
 
+def test_whom_a_recording_has_waited_for_in_vain_is_said_with_the_namespace(start, flight):
+    given = ["--namespace", "d1", "--wait-for", "d1/estimator", "--wait", "0.2", "--rate", "9"]
+    program = start("aerial_gnss_ros.cli", "play", flight("boxes"), *given)
+    program.wait_for("d1/estimator in the namespace /d1 has not subscribed after 0.2 s")
+
+
 def test_recordings_of_several_drones_are_played_below_their_names(ros, start, flight):
     listener, came = ros.node("listener"), {"a": [], "b": []}
     for name, stamps in came.items():
