@@ -150,15 +150,15 @@ class EstimatorNode(SupervisedNode):
         self._advance()
 
     def _tell_of_recording(self, stamp_ns: int, now_ns: int) -> None:
-        """Report a recording that is played without its clock."""
+        """Report a recording that is played without its clock, by the minute: not each image."""
         recent = now_ns - stamp_ns < RECORDED_S * SECOND_NS
         if recent or stamp_ns == UNFILLED_NS or not self._feed.stamps_on_arrival:
             return
         self.warn_seldom(
-            f"images are stamped {utc(stamp_ns)}, but this node's clock says {utc(now_ns)[:10]}: "
-            f"{', '.join(self._feed.stamps_on_arrival)}, stamped on arrival, cannot match. If "
-            "this is a recording, start the nodes with use_sim_time:=true and play it with "
-            "/clock (`aerial-gnss play BAG`, or `ros2 bag play --clock`)"
+            f"images are stamped {utc(stamp_ns)[:16]} UTC, but this node's clock says "
+            f"{utc(now_ns)[:10]}: {', '.join(self._feed.stamps_on_arrival)}, stamped on arrival, "
+            "cannot match. If this is a recording, start the nodes with use_sim_time:=true and "
+            "play it with /clock (`aerial-gnss play BAG`, or `ros2 bag play --clock`)"
         )
 
     def _advance(self) -> None:
