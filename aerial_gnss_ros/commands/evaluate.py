@@ -8,7 +8,7 @@ import argparse
 import csv
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -120,6 +120,8 @@ def run(args: argparse.Namespace) -> int:
     truth = found.truth
     refuse_strangers(found.estimates, truth.robots)
     errors = compare(found.estimates, truth.robots, truth.drone)
+    if args.truth is not None:
+        found.notes.extend(_left_over(found.estimates, errors))
     # Truth from hovers has the tracker's labels, and only robots that were hovered over.
     identity = (
         None
@@ -257,6 +259,17 @@ def _refuse_without_a_look_down(nearest: float, nadir_deg: float) -> None:
             f"from straight down, and at most {nadir_deg:g} deg counts; give --truth, or a wider "
             "--nadir-deg."
         )
+
+
+def _left_over(estimates: Mapping[str, EstimatedTrack], errors: Sequence[RobotErrors]) -> list[str]:
+    """Return a sentence about published robots that are no true one; empty if there is none."""
+    rest = sorted(estimates.keys() - {robot.robot_id for robot in errors})
+    if not rest:
+        return []
+    each = (f"{name} ({counted(len(estimates[name].stamps_ns), 'position')})" for name in rest)
+    return [
+        f"Published, but paired with no true robot and in none of the errors: {', '.join(each)}."
+    ]
 
 
 def _write(

@@ -116,6 +116,19 @@ def test_report_figures_and_tables(late):
     np.testing.assert_allclose(legs, distance, atol=2e-4)
 
 
+def test_positions_of_no_true_robot_are_not_passed_over(late, tmp_path, capsys):
+    table = late / "result" / "positions.csv"
+    head, *rows = table.read_text().splitlines()
+    false = [row.replace(",aqua_1,", ",aqua_7,").replace(",13.", ",13.0001") for row in rows[:6]]
+    more = [row for row in false if ",aqua_7," in row]
+    (tmp_path / "positions.csv").write_text("\n".join([head, *rows, *more]) + "\n")
+    assert _run("evaluate", tmp_path, "--truth", late / "bag") == 0
+    said = f"in none of the errors: aqua_7 ({len(more)} positions).\n"
+    assert said in capsys.readouterr().out
+    assert _run("evaluate", late / "result", "--truth", late / "bag") == 0
+    assert "in none of the errors" not in capsys.readouterr().out
+
+
 def test_another_result_can_be_the_truth(late, capsys):
     truth = late / "result" / "positions.csv"
     capsys.readouterr()
