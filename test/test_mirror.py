@@ -28,13 +28,12 @@ TESTED_WITH = {
     "commands/test_camera.py": "commands/camera_arguments",
     "commands/test_check.py": "commands/check_report",
     "commands/test_evaluate.py": "evaluation/figures",
-    "commands/test_import_dji.py": "bags/import_dji bags/video commands/import_report",
+    "commands/test_import_dji.py": "bags/import_dji commands/import_report",
     "commands/test_replay.py": "bags/replay",
     "commands/test_replay_drones.py": "bags/replay_drones commands/drone_arguments",
     "commands/test_simulate.py": "commands/simulate_arguments",
     "commands/test_stream.py": "commands/udp_outputs",
     "commands/test_train.py": "commands/train_arguments",
-    "commands/test_view.py": "view/page",
     "commands/test_teach.py": (
         "teaching/clicks teaching/dataset teaching/recording teaching/telemetry"
     ),

@@ -72,7 +72,7 @@ class Video:
                 origin = (
                     own if index == 0 else origin
                 )  # the first frame is at 0, whatever its stamp
-                stamp = _time(own - origin, index / self.rate_hz, last)
+                stamp = _time(own - origin, index / self.rate_hz, last, self.duration_s)
                 if index % every == 0:
                     read, image = capture.retrieve()
                     if not read:
@@ -142,7 +142,11 @@ def _refuse_picture(path: Path) -> None:
         raise InputError(f"{path} is a {header.kind} image, not a video; give the video file.")
 
 
-def _time(own: float, counted: float, last: float) -> float:
-    """Return a frame's time, s: its own stamp if plausible, else from its number."""
-    sensible = math.isfinite(own) and own > last and abs(own - counted) < 0.05 * counted + 0.5
+def _time(own: float, counted: float, last: float, duration_s: float) -> float:
+    """Return a frame's time, s: its own stamp if plausible, else from its number.
+
+    Of a variable frame rate, as phones and screen recorders have, the number tells little: the
+    file states the mean rate.
+    """
+    sensible = math.isfinite(own) and last < own <= 1.05 * duration_s + 0.5
     return own if sensible else max(counted, last + 1e-6)
