@@ -207,7 +207,7 @@ class DronesReplay:
         disagreed = Counter(one.drone for one in reports if one.disagrees and not one.fault)
         self.summary.notes += [
             f"Drone {name} contradicts the others in {counted(images, 'image')}: a compass, a "
-            "gimbal or a receiver of one of them may be wrong."
+            "gimbal, a receiver or the clock of one of them may be wrong."
             for name, images in sorted(disagreed.items())
         ]
         self.summary.notes += [
@@ -220,7 +220,8 @@ class DronesReplay:
         if len(last) > 1 and alone:
             self.summary.notes.append(
                 f"No robot of {counted(len(alone), 'drone')} ({', '.join(alone)}) was found to be "
-                "another drone's: it is as if flown alone."
+                "another drone's: each is as if flown alone. If they saw the same robots, their "
+                "clocks differ by more than some tenths of a second, or a sensor is far off."
             )
 
     def _together(self) -> set[str]:

@@ -202,7 +202,8 @@ def _drone_status(link: Link) -> Status:
             f"its {values['fault']} is wrong by far more than it states; the filter allows for it"
         )
     elif values["disagrees"]:
-        level, words = WARN, "contradicts the others: a compass, gimbal or receiver may be wrong"
+        level = WARN
+        words = "contradicts the others: a compass, gimbal, receiver or clock may be wrong"
     elif not values["shared_robots"]:
         words = "has no robot in common with another drone"
     if link.update is not None and link.update.report.clock.said:

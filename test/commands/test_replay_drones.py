@@ -12,10 +12,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aerial_gnss_ros.bags.drone_tables import DroneImage, DroneTables
 from aerial_gnss_ros.bags.reader import open_bag
-from aerial_gnss_ros.bags.replay_drones import _Image, refuse_apart
+from aerial_gnss_ros.bags.replay import Summary
+from aerial_gnss_ros.bags.replay_drones import DronesReplay, _Image, refuse_apart
 from aerial_gnss_ros.bags.writer import BagWriter
 from aerial_gnss_ros.cli import main
+from aerial_gnss_ros.core.fleet.agreement import DroneReport
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.core.values.estimates import MapDatum
@@ -132,6 +135,23 @@ def test_one_drone_with_a_name_is_a_drone_alone(two, tmp_path):
     for column, size in (("latitude_deg", 1e-8), ("var_east_m2", 0.003)):
         values = np.array([[float(row[column]) for row in table] for table in (one, plain)])
         assert np.abs(values[0] - values[1]).max() < size
+
+
+def test_clocks_are_thought_of_where_drones_have_no_robot_in_common():
+    """Robots that swim are elsewhere some seconds later."""
+    replay = object.__new__(DronesReplay)
+    replay.summary, replay.tables = Summary(), DroneTables()
+    for name in "ab":
+        report = DroneReport(name, 0, 1.0, 0, np.zeros(2), np.zeros(2), True)
+        replay.tables.images.append(DroneImage(report, 0.0, 0.0, ()))
+    replay._conclude()
+    *contradict, alone = replay.summary.notes
+    assert [one.partition(" in ")[0] for one in contradict] == [
+        f"Drone {name} contradicts the others" for name in "ab"
+    ]
+    assert all("clock" in one for one in contradict)
+    assert alone.startswith("No robot of 2 drones (a, b) was found to be another drone's")
+    assert "their clocks differ" in alone
 
 
 def test_a_copy_of_a_recording_is_no_second_drone(two, tmp_path, capsys):
