@@ -22,6 +22,7 @@ from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.nodes import require_ros
+from aerial_gnss_ros.preflight.image_test import image_test
 from aerial_gnss_ros.preflight.monitor import InputMonitor
 from aerial_gnss_ros.preflight.sign_tests import sign_tests
 
@@ -112,6 +113,6 @@ def _judged(
     now_ns: int,
     notes: list[str],
 ) -> Check:
-    tests = sign_tests(list(monitor.states))
+    tests = (*sign_tests(list(monitor.states)), image_test([*monitor.boxes.images]))
     all_notes = [*monitor.events, *sorted(monitor.troubles), *dict.fromkeys(notes)]
     return Check(config, monitor, subscriptions, problems, now_ns, tests, all_notes)

@@ -42,6 +42,7 @@ from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.preflight.flight_state import STEP_NS, FlightState
 from aerial_gnss_ros.preflight.input_record import InputRecord
+from aerial_gnss_ros.preflight.posed_boxes import PosedImages
 
 Array = NDArray[np.float64]
 V = TypeVar("V", Orientation, Scalar)
@@ -62,6 +63,7 @@ class InputMonitor:
     Attributes:
         records: message statistics by input.
         states: the drone's states, the oldest first.
+        boxes: images with boxes.
         reasons: counts of states without a pose, by reason.
         camera: the newest camera model.
         troubles: sentences that say more about a reason.
@@ -70,6 +72,7 @@ class InputMonitor:
     def __init__(self, config: EstimatorConfig) -> None:
         self.records: dict[str, InputRecord] = {}
         self.states: deque[FlightState] = deque(maxlen=MAX_STATES)
+        self.boxes = PosedImages(round(config.camera.latency_s * 1e9))
         self.reasons: Counter[Reason] = Counter()
         self.camera: CameraModel | None = None
         self.troubles: set[str] = set()
@@ -152,8 +155,13 @@ class InputMonitor:
         self._arrive(stamp_ns, keep)
 
     def add_detections(self, frame: DetectionFrame) -> None:
-        """Record that boxes arrived."""
-        self._arrive(frame.stamp_ns, lambda: "")
+        """Add an image's boxes."""
+
+        def keep() -> str:
+            self.boxes.add(frame)
+            return ""
+
+        self._arrive(frame.stamp_ns, keep)
 
     def refuse(self, _name: str, trouble: str) -> None:
         """Record an unreadable message, and why."""
@@ -168,6 +176,7 @@ class InputMonitor:
         self._arrivals.tick(self._arrival_ns)
         if final:
             self._arrivals.flush()
+        self.boxes.settle(self.camera, lambda stamp_ns: self._pose_at(stamp_ns, final))
         if self._next_ns is None:
             return
         names = [name for name in self._needed if name in self.records] or list(self.records)
@@ -192,6 +201,14 @@ class InputMonitor:
             if not at_the_end or newest - self._next_ns >= self._wait_ns:
                 self._keep(self._next_ns, pose, reason)
             self._next_ns += STEP_NS
+
+    def _pose_at(self, stamp_ns: int, final: bool) -> CameraPose | bool:
+        """Return the camera's pose at a time, ns, else whether it may still come."""
+        samples = self._inputs.at(stamp_ns)
+        if isinstance(samples, MissingTelemetry):
+            return samples.can_arrive and not final
+        found = self._posing.pose(samples)
+        return found if isinstance(found, CameraPose) else False
 
     def _keep(self, stamp_ns: int, pose: CameraPose | None, reason: Reason | None) -> None:
         fix, body = self._fixes.at(stamp_ns), self._bodies.at(stamp_ns)
@@ -261,6 +278,7 @@ class InputMonitor:
             moved = set(self.records) - set(decision.kept)
             self._inputs.clear(decision.kept)
             self.states.clear()
+            self.boxes.clear()
             self._next_ns = None
         else:
             moved = set(decision.moved)

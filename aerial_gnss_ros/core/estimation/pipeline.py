@@ -22,6 +22,7 @@ from aerial_gnss_ros.core.estimation.single_image import at_own_points, exact_po
 from aerial_gnss_ros.core.faults.camera_change import CameraChange
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.faults.frozen_input import FrozenInputDetector
+from aerial_gnss_ros.core.faults.image_orientation import ImageOrientation, PosedBoxes
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch
 from aerial_gnss_ros.core.filter.recalibration import CalibrationChange
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
@@ -53,6 +54,12 @@ _NO_ALTITUDE = {
     "says so.",
 }
 
+_TURNED = (
+    "Boxes go through the image as if it was {}: they are refused (bad_detections). Turn it back "
+    "in the camera's driver, or state how the camera is mounted; if the image is right, angles of "
+    "the gimbal have a wrong sign."
+)
+
 
 class Pipeline:
     """Turns one image's boxes and telemetry into a result; images come in stamp order.
@@ -83,6 +90,7 @@ class Pipeline:
         self._posing = PoseBuilder(config)
         self._frozen = FrozenInputDetector(config.noise.value("box_center_px"))
         self._camera_change = CameraChange(log)
+        self._orientation = ImageOrientation()
         self._checks = PointChecks(config, load_area(config.detections.area), log)
         self._references = ReferenceClasses(config.references, log)
         given = config.camera.source == "topic"
@@ -137,6 +145,7 @@ class Pipeline:
         self.latency.reset()
         self._frozen.reset()
         self._camera_change.reset()
+        self._orientation.reset()
 
     def end(self) -> Settled:
         """Decide on all pending boxes at the end of input, and return the decisions."""
@@ -257,12 +266,25 @@ class Pipeline:
                 "frozen, and they are refused until it changes (bad_detections).",
             )
             return Reason.BAD_DETECTIONS, None
+        if self._image_turned(PosedBoxes(pose, camera, boxes.centers)):
+            return Reason.BAD_DETECTIONS, None
         references = self._inputs.references
         known = references.at(pose.stamp_ns) if references.configured else ()
         scene = PosedFrame(boxes, camera, pose, in_map, self.latency.found, known)
         misfit = partial(self._misfit, scene, local)
         used = self._camera_change.update(camera, boxes.stamp_ns, misfit)
         return scene if used is camera else replace(scene, camera=used), pose
+
+    def _image_turned(self, image: PosedBoxes) -> bool:
+        """Return whether boxes show that the image is turned against its pose."""
+        before = self._orientation.way
+        self._orientation.update(image)
+        way = self._orientation.way
+        if way and not before:
+            self._log.counts["image_turned"] += 1
+            self._log.warn_once(f"image {way}", _TURNED.format(way))
+            self.tracking.reset()
+        return bool(way)
 
     def _misfit(self, scene: PosedFrame, local: LocalMap, camera: CameraModel) -> float:
         """Return the negative log likelihood of the boxes with this camera, nats."""

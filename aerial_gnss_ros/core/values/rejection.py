@@ -91,7 +91,7 @@ _MEANINGS = {
     "outside_calibrated_image": "outside the image, or outside the valid region of the lens model",
     "no_camera_info": "no CameraInfo had arrived before this image",
     "bad_camera_info": "the CameraInfo was unusable",
-    "bad_detections": "the box is not finite, or the image is frozen while the camera moves",
+    "bad_detections": "the box is not finite, or the image is frozen or turned",
     "gated": "on no robot: a false box, a second one on a robot, or outside all gates",
     "low_score": "the detector's score was below detections.min_score",
     "wrong_class": "not of detections.classes",
