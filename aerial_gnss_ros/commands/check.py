@@ -20,6 +20,7 @@ from aerial_gnss_ros.commands.configuration import add_arguments as add_configur
 from aerial_gnss_ros.commands.configuration import configuration
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
+from aerial_gnss_ros.core.models.motion_model import fastest
 from aerial_gnss_ros.core.values.errors import InputError
 from aerial_gnss_ros.nodes import require_ros
 from aerial_gnss_ros.preflight.image_test import image_test
@@ -113,6 +114,9 @@ def _judged(
     now_ns: int,
     notes: list[str],
 ) -> Check:
-    tests = (*sign_tests(list(monitor.states)), image_test([*monitor.boxes.images]))
+    tests = (
+        *sign_tests(list(monitor.states)),
+        image_test([*monitor.boxes.images], fastest(config)),
+    )
     all_notes = [*monitor.events, *sorted(monitor.troubles), *dict.fromkeys(notes)]
     return Check(config, monitor, subscriptions, problems, now_ns, tests, all_notes)

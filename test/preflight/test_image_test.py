@@ -36,6 +36,12 @@ def images(sea, turn, speed=3.0, shown=True):
     ids=["right", "turned", "hovers", "sees nothing"],
 )
 def test_the_verdict_and_what_was_seen(sea, given, verdict, words):
-    found = image_test([*images(sea, **given)])
+    found = image_test([*images(sea, **given)], 1.5)
     assert found.verdict is verdict
     assert words in found.seen
+
+
+def test_what_robots_may_do_is_left_to_the_operator(sea):
+    found = image_test([*images(sea, -1)], 20.0)
+    assert found.verdict is Verdict.LOOK
+    assert "; right as it is if what floats moved at " in found.seen

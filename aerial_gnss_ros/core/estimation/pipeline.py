@@ -31,6 +31,7 @@ from aerial_gnss_ros.core.georeferencing import localization, paper
 from aerial_gnss_ros.core.georeferencing.detection_filter import DetectionFilter, rejections
 from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.georeferencing.point_checks import PointChecks
+from aerial_gnss_ros.core.models.motion_model import fastest
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
 from aerial_gnss_ros.core.telemetry.depths import inflate_by_depth
 from aerial_gnss_ros.core.telemetry.map_origin import MapOrigin
@@ -90,7 +91,8 @@ class Pipeline:
         self._posing = PoseBuilder(config)
         self._frozen = FrozenInputDetector(config.noise.value("box_center_px"))
         self._camera_change = CameraChange(log)
-        self._orientation = ImageOrientation()
+        self._orientation, self._turned = ImageOrientation(), False
+        self._fastest = fastest(config)
         self._checks = PointChecks(config, load_area(config.detections.area), log)
         self._references = ReferenceClasses(config.references, log)
         given = config.camera.source == "topic"
@@ -131,7 +133,7 @@ class Pipeline:
         if config.references != self._config.references:
             self._references = ReferenceClasses(config.references, self._log)
         self.tracking.reconfigure(config, change)
-        self._config = config
+        self._config, self._fastest = config, fastest(config)
         if change:
             self._posing = PoseBuilder(config)
             former, self.latency = self.latency, LatencySearch(config, self._inputs)
@@ -146,6 +148,7 @@ class Pipeline:
         self._frozen.reset()
         self._camera_change.reset()
         self._orientation.reset()
+        self._turned = False
 
     def end(self) -> Settled:
         """Decide on all pending boxes at the end of input, and return the decisions."""
@@ -276,15 +279,19 @@ class Pipeline:
         return scene if used is camera else replace(scene, camera=used), pose
 
     def _image_turned(self, image: PosedBoxes) -> bool:
-        """Return whether boxes show that the image is turned against its pose."""
-        before = self._orientation.way
-        self._orientation.update(image)
-        way = self._orientation.way
-        if way and not before:
+        """Return whether boxes show that the image is turned, or have shown it.
+
+        It is right again once things need not move at half the speed that no robot reaches.
+        """
+        found, before = self._orientation, self._turned
+        found.update(image)
+        sure = bool(found.way) and found.speed > self._fastest
+        self._turned = sure or (before and found.speed > 0.5 * self._fastest)
+        if self._turned and not before:
             self._log.counts["image_turned"] += 1
-            self._log.warn_once(f"image {way}", _TURNED.format(way))
+            self._log.warn_once(f"image {found.way}", _TURNED.format(found.way))
             self.tracking.reset()
-        return bool(way)
+        return self._turned
 
     def _misfit(self, scene: PosedFrame, local: LocalMap, camera: CameraModel) -> float:
         """Return the negative log likelihood of the boxes with this camera, nats."""

@@ -8,7 +8,8 @@ of the image centre: from an orbit around them metres off, from a flight past th
 What floats hardly moves. So where a box is in one image tells where it must be in another one a
 second away, by the poses of both. If the image is turned or mirrored, that holds for the pixels
 turned back. On an orbit around the image centre an image that is turned by 180 deg looks the same:
-there nothing tells it.
+there nothing tells it. Robots that swim may by chance go as they would in a turned image; only what
+is faster than they can be is sure.
 """
 
 from __future__ import annotations
@@ -45,7 +46,9 @@ class ImageOrientationTuning:
     """Least distance by which the worst way misses boxes, of the image's width; noise of boxes and
     poses is a fifth of it. Judged."""
     sure_ratio: float = 3.0
-    """Least ratio of the distances of two ways by which one is told. Judged."""
+    """Least ratio of the distances of two ways by which a pair tells one. Judged."""
+    sure_share: float = 0.8
+    """Least share of the pairs that tell it: false boxes tell any, each a few. Judged."""
 
 
 TUNING = ImageOrientationTuning()
@@ -83,6 +86,7 @@ class ImageOrientation:
         way: how the image is turned; empty if it is not, None if boxes do not tell.
         missed: by how much boxes miss where they should be if it is as the pose says, and if it is
             as the best other way says, in image widths; NaN without enough pairs.
+        speed: at which things must move if it is as the pose says, m/s; NaN without enough pairs.
     """
 
     def __init__(self) -> None:
@@ -92,6 +96,7 @@ class ImageOrientation:
         """Forget all images."""
         self.way: str | None = None
         self.missed = np.nan, np.nan
+        self.speed = np.nan
         self._images: deque[PosedBoxes] = deque()
         self._misses: deque[Array] = deque(maxlen=TUNING.judged_pairs)
 
@@ -109,17 +114,25 @@ class ImageOrientation:
         images.append(image)
 
     def _judge(self) -> None:
-        every = np.array(self._misses)
-        enough = np.isfinite(every).sum(axis=0) >= TUNING.least_pairs
+        every, speeds = np.split(np.array(self._misses), [len(WAYS)], axis=1)
+        known = np.isfinite(every)
+        enough = known.sum(axis=0) >= TUNING.least_pairs
         if not enough[0]:
             return
         medians = np.full(len(WAYS), np.inf)
         medians[enough] = np.nanmedian(every[:, enough], axis=0)
         best = 1 + int(np.argmin(medians[1:]))
-        self.missed = right, other = float(medians[0]), float(medians[best])
-        told = max(right, other) >= TUNING.sure_ratio * min(right, other)
-        flows = medians[enough].max() >= TUNING.least_flow
-        self.way = None if not (told and flows) else "" if right < other else [*WAYS][best]
+        self.missed = float(medians[0]), float(medians[best])
+        self.speed = float(np.nanmedian(speeds))
+        every[~known] = np.inf
+        right, others = TUNING.sure_ratio * every[:, 0], every[:, 1:].min(axis=1)
+        self.way = None
+        if medians[enough].max() < TUNING.least_flow:
+            return
+        if np.mean(right < others) >= TUNING.sure_share:
+            self.way = ""
+        elif np.mean(TUNING.sure_ratio * every[:, best] < every[:, 0]) >= TUNING.sure_share:
+            self.way = [*WAYS][best]
 
 
 def judged(images: Sequence[PosedBoxes]) -> ImageOrientation:
@@ -131,14 +144,22 @@ def judged(images: Sequence[PosedBoxes]) -> ImageOrientation:
 
 
 def _missed(one: PosedBoxes, other: PosedBoxes) -> Array:
-    """Return by how much boxes miss where they must be, (ways,), in image widths; NaN: unknown."""
-    found = np.full(len(WAYS), np.nan)
+    """Return by how much boxes miss where they must be, in image widths, and their speed, m/s.
+
+    (ways + 1,), NaN where it is unknown; the speed is of what they are if nothing is turned.
+    """
+    found = np.full(len(WAYS) + 1, np.nan)
     for k, turned in enumerate(WAYS.values()):
         expected = _moved(one, other, turned)
         if len(expected):
             apart = expected[:, None] - _turned(other, turned)
             nearest = np.linalg.norm(apart, axis=2).min(axis=1)
             found[k] = np.median(nearest) / other.camera.width
+    upright = WAYS[""]
+    places, later = _places(one, upright), _places(other, upright) + _step(one, other)
+    if len(places) and len(later):
+        apart = np.linalg.norm(places[:, None] - later, axis=2).min(axis=1)
+        found[-1] = np.median(apart) * 1e9 / (other.pose.stamp_ns - one.pose.stamp_ns)
     return found
 
 
@@ -156,16 +177,26 @@ def _moved(one: PosedBoxes, other: PosedBoxes, turned: Array) -> Array:
         other: the other one.
         turned: (2, 2) of `WAYS`.
     """
-    rays, valid = one.camera.rays(_turned(one, turned))
-    directions = rays @ FLU_FROM_OPTICAL.T @ one.pose.enu_from_camera.T
+    points = _places(one, turned) - _step(one, other)
+    pixels, shown = other.camera.project(points @ other.pose.enu_from_camera @ FLU_FROM_OPTICAL)
+    found: Array = pixels[shown]
+    return found
+
+
+def _places(image: PosedBoxes, turned: Array) -> Array:
+    """Return where boxes (m, 3) are on the water, East, North, Up from the camera, m."""
+    rays, valid = image.camera.rays(_turned(image, turned))
+    directions = rays @ FLU_FROM_OPTICAL.T @ image.pose.enu_from_camera.T
     valid &= directions[:, 2] < 0.0
     directions = directions[valid]
-    points = directions * (one.pose.height / -directions[:, 2:])
+    found: Array = directions * (image.pose.height / -directions[:, 2:])
+    return found
+
+
+def _step(one: PosedBoxes, other: PosedBoxes) -> Array:
+    """Return the way (3,) from the camera of an image to that of another one, m."""
     step = enu_from_geodetic(
         other.pose.latitude, other.pose.longitude, 0.0, one.pose.latitude, one.pose.longitude, 0.0
     )
     step[2] = other.pose.height - one.pose.height
-    seen = (points - step) @ other.pose.enu_from_camera @ FLU_FROM_OPTICAL
-    pixels, shown = other.camera.project(seen)
-    found: Array = pixels[shown]
-    return found
+    return step

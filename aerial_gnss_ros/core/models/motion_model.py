@@ -150,6 +150,11 @@ class ClassMotions:
         return np.array(found).reshape(-1, 2).T
 
 
+def fastest(config: EstimatorConfig) -> float:
+    """Return the speed of the fastest class, m/s."""
+    return 2.0 * ClassMotions(config).largest
+
+
 def motion_model(config: EstimatorConfig) -> MotionModel:
     """Return the motion model of robots without a class of their own."""
     return MotionModel(*_motion(config))
