@@ -32,6 +32,9 @@ class ClocksTuning:
     sigma_s: float = 0.2
     """One sigma of a clock's offset to the first drone's, s. Clocks set by GNSS or NTP agree to
     some milliseconds, others do not to seconds. Judged."""
+    least_sigmas: float = 2.0
+    """Offset, in units of `sigma_s`, from which it may well be larger than estimated: the prior
+    holds it back, and robots tell little of it. Judged: 1 s is estimated as 0.5 s."""
     said_s: float = 0.05
     """Offset from which it is said, s."""
     sure_sigmas: float = 4.0
@@ -63,7 +66,10 @@ class ClockOffset:
     def words(self) -> str:
         """Return a clause that says it."""
         side = "ahead of" if self.ahead_s > 0.0 else "behind"
-        return f"its clock is {abs(self.ahead_s):.2f} s {side} the others'"
+        size = f"{abs(self.ahead_s):.2f} s"
+        if abs(self.ahead_s) > TUNING.least_sigmas * TUNING.sigma_s:
+            size = f"{size} or more"
+        return f"its clock is {size} {side} the others'"
 
 
 NO_OFFSET = ClockOffset(math.nan, math.nan)

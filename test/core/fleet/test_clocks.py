@@ -54,6 +54,7 @@ def test_a_large_offset_that_is_sure_is_said():
     assert ClockOffset(-0.3, 0.02).said
     assert ClockOffset(-0.3, 0.02).words == "its clock is 0.30 s behind the others'"
     assert ClockOffset(0.3, 0.02).words == "its clock is 0.30 s ahead of the others'"
+    assert ClockOffset(0.54, 0.04).words == "its clock is 0.54 s or more ahead of the others'"
     assert not ClockOffset(0.3, 0.1).said
     assert not ClockOffset(0.06, 0.004).said
     assert ClockOffset(0.06, 0.002).said
