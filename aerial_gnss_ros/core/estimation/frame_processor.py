@@ -128,6 +128,10 @@ class FrameProcessor:
         ended = ": tracks are cleared, and robots get new labels" if robots else ""
         self._log.add(WarningText(f"{moved}{ended}."))
 
+    def note_lead(self) -> None:
+        """Ask anew how late images and the fix are."""
+        self._tracks.doubt_latencies()
+
     def note_correction(self) -> None:
         """Have images taken in again for which telemetry was wrong."""
         self._tracks.note_correction()

@@ -42,6 +42,9 @@ class Receiver(Protocol):
     def begin_elsewhere(self, moved: str) -> None:
         """Handle a drone that turned out to be elsewhere; `moved` describes it."""
 
+    def note_lead(self) -> None:
+        """Handle that stamps of telemetry lead those of images more than before."""
+
     def note_correction(self) -> None:
         """Handle that telemetry was wrong, and that stored samples are right now."""
 
@@ -87,7 +90,9 @@ class Intake:
             name: MessageCounter()
             for name in (*map(str, Input), *held[:2], DETECTIONS, *held[2:], *sent)
         }
-        self.arrivals = Arrivals(Clock(needed, held), self.tallies, dropped, log, self._reset_time)
+        self.arrivals = Arrivals(
+            Clock(needed, held), self.tallies, dropped, log, self._reset_time, receiver.note_lead
+        )
         self._steady = Steady()
         self._image_steady_ns: int | None = None
 

@@ -79,11 +79,11 @@ class PublishedTracks:
         self._pending: set[Box] = set()
         self._recent = RecentImages()
         self._replaced, self._corrected = tracking is not None, False
-        self._doubt_latencies()
+        self.doubt_latencies()
         self._wrap: Callable[[Tracking], Tracking] = _as_it_is
 
-    def _doubt_latencies(self) -> None:
-        """Begin to ask whether latencies are as configured."""
+    def doubt_latencies(self) -> None:
+        """Ask whether latencies are as configured, from now on."""
         config, self._doubt, self._fix_doubt = self._config, None, None
         if self._replaced or config.noise.value("latency_s") > 0.0:
             return
@@ -227,7 +227,7 @@ class PublishedTracks:
     def _follow_correction(self) -> Settled:
         """Go on with telemetry as it is now."""
         self._corrected, self._inputs.fix_later_ns = False, 0
-        self._doubt_latencies()
+        self.doubt_latencies()
         return self._take_in_again()
 
     def _take_in_again(self) -> Settled:

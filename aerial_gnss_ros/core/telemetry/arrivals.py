@@ -42,6 +42,8 @@ class Arrivals:
         dropped: counts images.
         log: receives sentences about refusals.
         reset_time: called before messages of a new time are admitted.
+        tell_lead: called after inputs were admitted whose stamps lead those of the images from now
+            on.
     """
 
     def __init__(
@@ -51,12 +53,13 @@ class Arrivals:
         dropped: Counter[str],
         log: Events,
         reset_time: Callable[[Decision], None],
+        tell_lead: Callable[[], None] | None = None,
     ) -> None:
         self._clock = clock
         self._tallies = tallies
         self._dropped = dropped
         self._log = log
-        self._reset_time = reset_time
+        self._reset_time, self._tell_lead = reset_time, tell_lead
         self._held: deque[tuple[str, int, Callable[[], None]]] = deque()
         self._apart_s: dict[str, float] = {}
 
@@ -137,10 +140,22 @@ class Arrivals:
 
     def _let_silent_in(self) -> None:
         silent = self._clock.silent()
+        led = {name: self._clock.apart_s(name) for name in silent if self._clock.leads(name)}
         for name in silent:
             self._clock.goes_on(name)
         if silent:
             self._let_in(silent)
+        first = next((name for name in led if name in self._clock.needed), None)
+        if first is None or DETECTIONS in led:
+            return
+        self._log.warn_once(
+            "lead",
+            f"Stamps of telemetry ({first} first) are {led[first]:.1f} s farther ahead of their "
+            "arrival than before, those of images are not: a clock was set, or the network was "
+            "congested until now. Whether latencies are as configured is asked anew.",
+        )
+        if self._tell_lead is not None:
+            self._tell_lead()
 
     def _let_in(self, names: tuple[str, ...] | None) -> None:
         """Admit the waiting messages of some inputs, or of all."""

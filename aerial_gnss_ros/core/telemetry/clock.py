@@ -114,6 +114,11 @@ class Clock:
             if name in leads or self._was_silent(stamps)
         )
 
+    def leads(self, name: str) -> bool:
+        """Return whether an input has a rival that leads."""
+        rival = self._inputs[name].rival
+        return rival is not None and rival.leads
+
     def _was_silent(self, stamps: Stamps) -> bool:
         line, rival = stamps.believed, stamps.rival
         if rival is None or rival.first_ns < line.newest_ns:

@@ -44,6 +44,10 @@ class Receiver:
         """Take in that the drone is elsewhere."""
         self.got.append(moved)
 
+    def note_lead(self):
+        """Take in that stamps of telemetry lead."""
+        self.got.append("lead")
+
     def note_correction(self):
         """Take in that telemetry was wrong."""
         self.got.append("corrected")

@@ -164,6 +164,17 @@ def test_early_stamps_of_one_input_rename_nobody(flown, name, off):
     assert (found, flight.names(9.0)) == (set(NAMES), [NAMES] * 4 * RATE)
 
 
+def test_telemetry_that_comes_to_lead_images_has_latencies_asked_anew(flown):
+    """The autopilot's clock is set by a second: images of before told what is no longer so."""
+    flight = flown(6.0)
+    tracks = flight.engine._tracks
+    tracks._doubt.close()
+    flight.play(8.0, off=dict.fromkeys(NEEDED[:3], 1.0)).end()
+    assert tracks._doubt.open
+    (reported,) = flight.reported("Stamps of telemetry")
+    assert "1.0 s farther ahead of their arrival than before" in reported
+
+
 @pytest.mark.parametrize("off", [DAY, -DAY])
 @pytest.mark.parametrize("name", ["fix", "detections", "attitude", "camera_info"])
 def test_a_wrong_first_stamp_costs_moments(player, name, off):

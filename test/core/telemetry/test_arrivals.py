@@ -24,12 +24,12 @@ INPUTS = ("fix", "gimbal", "detections", "camera_info", "reference_buoy")
 class Judge:
     """Stands in for the clock: a test says what stamps are."""
 
-    held = ("camera_info",)
+    held, needed = ("camera_info",), ("fix", "gimbal")
 
     def __init__(self):
         self.believed = set()
         self.found = None
-        self.quiet = ()
+        self.quiet, self.led = (), ()
         self.elsewhere = False
 
     def judge(self, name, stamp_ns):
@@ -61,6 +61,10 @@ class Judge:
         """Return the inputs that had paused."""
         return self.quiet
 
+    def leads(self, name):
+        """Return whether an input leads."""
+        return name in self.led
+
     def tick(self, _now_ns):
         """Take in the node's time."""
 
@@ -71,7 +75,13 @@ class Door:
     def __init__(self):
         self.clock, self.log, self.dropped, self.got = Judge(), Events(), Counter(), []
         self.tallies = {name: MessageCounter() for name in INPUTS}
-        self.arrivals = Arrivals(self.clock, self.tallies, self.dropped, self.log, self.got.append)
+        self.leads = 0
+        self.arrivals = Arrivals(
+            self.clock, self.tallies, self.dropped, self.log, self.got.append, self._lead
+        )
+
+    def _lead(self):
+        self.leads += 1
 
     def send(self, *messages):
         """Send messages of inputs stamped at times, s; return what is let in from then on."""
@@ -165,6 +175,33 @@ def test_a_pause_that_ends_lets_in_what_waits():
     door.arrivals.tick(0)
     assert door.got == [("fix", 200.0)]
     assert door.tallies["fix"].bad == 0
+
+
+@pytest.mark.parametrize(
+    ("led", "told"),
+    [
+        ((), 0),
+        (("fix",), 1),
+        (("gimbal", "fix"), 1),
+        (("fix", "detections"), 0),
+        (("camera_info",), 0),
+    ],
+    ids=["silent", "one", "several", "images, too", "not needed"],
+)
+def test_telemetry_that_leads_images_from_now_on_is_told(led, told):
+    door = Door()
+    door.send(*((name, 200.0) for name in (*led, "fix")))
+    door.clock.quiet = tuple({*led, "fix"})
+    door.clock.led = led
+    door.arrivals.tick(0)
+    assert door.leads == told
+    words = door.log.drain()
+    assert len(words) == told
+    if told:
+        assert (
+            "100.0 s farther ahead of their arrival than before, those of images are not"
+            in words[0]
+        )
 
 
 def test_the_oldest_of_too_many_is_refused(monkeypatch):
