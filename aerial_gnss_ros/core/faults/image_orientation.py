@@ -123,7 +123,7 @@ class ImageOrientation:
         medians[enough] = np.nanmedian(every[:, enough], axis=0)
         best = 1 + int(np.argmin(medians[1:]))
         self.missed = float(medians[0]), float(medians[best])
-        self.speed = float(np.nanmedian(speeds))
+        self.speed = float(np.nanmedian(speeds)) if np.isfinite(speeds).any() else np.nan
         every[~known] = np.inf
         right, others = TUNING.sure_ratio * every[:, 0], every[:, 1:].min(axis=1)
         self.way = None
