@@ -149,38 +149,31 @@ def _missed(one: PosedBoxes, other: PosedBoxes) -> Array:
     (ways + 1,), NaN where it is unknown; the speed is of what they are if nothing is turned.
     """
     found = np.full(len(WAYS) + 1, np.nan)
+    step = _step(one, other)
+    to_camera = other.pose.enu_from_camera @ FLU_FROM_OPTICAL
     for k, turned in enumerate(WAYS.values()):
-        expected = _moved(one, other, turned)
-        if len(expected):
-            apart = expected[:, None] - _turned(other, turned)
-            nearest = np.linalg.norm(apart, axis=2).min(axis=1)
-            found[k] = np.median(nearest) / other.camera.width
+        places = _places(one, turned) - step
+        pixels, shown = other.camera.project(places @ to_camera)
+        if shown.any():
+            found[k] = _nearest(pixels[shown], _turned(other, turned)) / other.camera.width
     upright = WAYS[""]
-    places, later = _places(one, upright), _places(other, upright) + _step(one, other)
+    places, later = _places(one, upright) - step, _places(other, upright)
     if len(places) and len(later):
-        apart = np.linalg.norm(places[:, None] - later, axis=2).min(axis=1)
-        found[-1] = np.median(apart) * 1e9 / (other.pose.stamp_ns - one.pose.stamp_ns)
+        passed_s = (other.pose.stamp_ns - one.pose.stamp_ns) * 1e-9
+        found[-1] = _nearest(places, later) / passed_s
     return found
+
+
+def _nearest(expected: Array, seen: Array) -> float:
+    """Return the median distance from points (m, d) to the nearest of others (n, d)."""
+    apart = np.linalg.norm(expected[:, None] - seen, axis=2).min(axis=1)
+    return float(np.median(apart))
 
 
 def _turned(image: PosedBoxes, turned: Array) -> Array:
     middle = 0.5 * np.array([image.camera.width - 1.0, image.camera.height - 1.0])
     pixels: Array = middle + (image.centers - middle) @ turned.T
     return pixels
-
-
-def _moved(one: PosedBoxes, other: PosedBoxes, turned: Array) -> Array:
-    """Return where boxes (m, 2) of an image must be in another one, on still water, px.
-
-    Args:
-        one: the image.
-        other: the other one.
-        turned: (2, 2) of `WAYS`.
-    """
-    points = _places(one, turned) - _step(one, other)
-    pixels, shown = other.camera.project(points @ other.pose.enu_from_camera @ FLU_FROM_OPTICAL)
-    found: Array = pixels[shown]
-    return found
 
 
 def _places(image: PosedBoxes, turned: Array) -> Array:

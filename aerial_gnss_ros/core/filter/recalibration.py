@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.linearization import CameraView, by_errors, relinearize
 from aerial_gnss_ros.core.filter.state import TUNING as STATE
-from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state import JointState, of_robots
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
@@ -158,15 +158,15 @@ def reinitialize(joint: JointState, slots: Indices, prior: Array, speed: Array |
         prior: (7, 7) covariance of the platform's errors when nothing is known.
         speed: one sigma of these robots' unknown velocities, each axis, m/s.
     """
-    P, own = joint.covariance, COUNT + 4 * slots[:, None] + np.arange(4)
+    P, own = joint.covariance, of_robots(slots)
     joint.mean[FOLLOWING] = 0.0
     joint.robots[slots, 2:] = 0.0
-    for gone in (FOLLOWING, own.ravel()):
+    for gone in (FOLLOWING, own):
         P[gone] = P[:, gone] = 0.0
     P[FOLLOWING, FOLLOWING] = prior[FOLLOWING, FOLLOWING]
     variances = np.full((len(slots), 4), STATE.wide_m**2)
     variances[:, 2] = variances[:, 3] = np.square(speed)
-    P[own, own] = variances
+    P[own, own] = variances.ravel()
 
 
 def _scales(joint: JointState, moved: Indices, prior: Array) -> Array:

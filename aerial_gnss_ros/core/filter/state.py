@@ -234,7 +234,7 @@ class JointState(StateArrays):
             speed: one sigma of these robots' unknown velocities, each axis, m/s.
         """
         self.mean[:LATENCY] = 0.0
-        P, own = self.covariance, COUNT + (4 * slots[:, None] + np.arange(4)).ravel()
+        P, own = self.covariance, of_robots(slots)
         latency = float(P[LATENCY, LATENCY])
         self.robots[slots, 2:] = 0.0
         P[:COUNT] = P[:, :COUNT] = 0.0
@@ -267,6 +267,12 @@ class JointState(StateArrays):
         end = COUNT + len(flat)
         P[COUNT:end] += flat @ P[:COUNT]
         P[:, COUNT:end] += P[:, :COUNT] @ flat.T
+
+
+def of_robots(slots: Indices) -> Indices:
+    """Return where in a joint state's mean robots (m,) have their numbers (4 m,)."""
+    places: Indices = (COUNT + 4 * slots[:, None] + np.arange(4)).ravel()
+    return places
 
 
 def copy_robot(source: JointState, slot: int, target: JointState) -> int:

@@ -18,7 +18,7 @@ from scipy.linalg.lapack import dpotrf
 from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
 from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.predicted_pixels import Linear, linearise
-from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state import JointState, of_robots
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY, PlatformModel
@@ -142,12 +142,6 @@ def _consider_others(gain: Array, reduction: Array, slots: Indices) -> None:
     others[of_robots(slots)] = False
     gain[:, others] = 0.0
     reduction[np.ix_(others, others)] = 0.0
-
-
-def of_robots(slots: Indices) -> Indices:
-    """Return where in a joint state's mean robots (m,) have their numbers (4 m,)."""
-    places: Indices = (COUNT + 4 * slots[:, None] + np.arange(4)).ravel()
-    return places
 
 
 def _linear(joint: JointState, some: Some, mean: Array, sight: CameraView) -> Linear:

@@ -18,9 +18,9 @@ from scipy.linalg.blas import dtrsm
 from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
 from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.predicted_pixels import Linear, linearise
-from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state import JointState, of_robots
 from aerial_gnss_ros.core.filter.state_arrays import Indices
-from aerial_gnss_ros.core.filter.update import correct, of_robots
+from aerial_gnss_ros.core.filter.update import correct
 from aerial_gnss_ros.core.fleet.drone_blocks import DroneBlocks
 from aerial_gnss_ros.core.fleet.moving_robots import moving
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
