@@ -119,7 +119,9 @@ class Recursion:
     ) -> None:
         config = drones[0].config
         self.drones, self._known = drones, dict(known or {})
-        self.models = [PlatformModel(d.config.noise, d.config.gimbal.reference) for d in drones]
+        self.models = [
+            PlatformModel(d.config.noise, d.config.gimbal.reference, exact=True) for d in drones
+        ]
         self._stationary = [model.stationary(None) for model in self.models]
         self._motion = MotionModel(
             config.noise.value("robot_acceleration"), 0.5 * config.tracks.max_speed

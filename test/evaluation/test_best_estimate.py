@@ -30,7 +30,10 @@ CAMERA = CameraModel.from_camera_info(
 )
 LOCAL = LocalMap(MapDatum(0.23, -1.04, 0.0))
 CONFIGS = {name: estimator_config({"noise.set": name}) for name in ("consumer", "rtk")}
-MODELS = {name: PlatformModel(one.noise, one.gimbal.reference) for name, one in CONFIGS.items()}
+MODELS = {
+    name: PlatformModel(one.noise, one.gimbal.reference, exact=True)
+    for name, one in CONFIGS.items()
+}
 HEIGHT, PERIOD_S, COUNT = 15.0, 2.0, 5
 START = 0.15 * HEIGHT * np.array([[0.6, 0.5], [-1.0, 0.2], [0.4, -0.8]])
 

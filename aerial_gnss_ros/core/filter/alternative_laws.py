@@ -57,15 +57,17 @@ class AlternativeLaws:
         stationary: Array,
         motion: MotionModel,
         late: bool,
+        turned_rad: float,
     ) -> None:
         """Move on in time, before the groups do (see `JointState.predict`).
 
         `late` is whether the latency is unknown: then correlation times are not weighed.
+        `turned_rad` is by how much the camera has turned meanwhile, rad.
         """
         if not late:
-            self.times.predict(groups[0], seconds, stationary, motion)
+            self.times.predict(groups[0], seconds, stationary, motion, turned_rad)
         if self.moored is not None:
-            keep = self._model.decay(seconds)
+            keep = self._model.decay(seconds, turned_rad=turned_rad)
             self.moored.predict(groups, seconds, keep, stationary, motion)
 
     def update(

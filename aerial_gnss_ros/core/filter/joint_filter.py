@@ -63,10 +63,16 @@ class JointFilter(CameraFaults):
         super().reset()
         self.monitor.reset()
         self.noise.reset()
+        self._turned_rad = 0.0
 
     def predict(self, seconds: float) -> None:
         """Predict to a later time."""
-        self.laws.predict(self._groups, seconds, self._stationary, self.motion, self.restarts.late)
+        if seconds > 0.0:
+            self._turned_rad = self.trajectory.motion.take_turn()
+        self.laws.predict(
+            self._groups, seconds, self._stationary, self.motion, self.restarts.late,
+            self._turned_rad,
+        )  # fmt: skip
         self.predict_with(self._groups, seconds)
         if self.ambiguity.episodes and seconds > 0.0:
             keep = self.model.decay(seconds)
@@ -157,10 +163,10 @@ class JointFilter(CameraFaults):
         return joint_covariance(group, slot_of[pairs.rows], moved, seen.white[columns], own)
 
     def predict_with(self, groups: list[JointState], seconds: float) -> None:
-        """Predict other joint states of the same camera."""
+        """Predict other joint states of the same camera, as `predict` does."""
         if seconds <= 0.0:
             return
-        keep = self.model.decay(seconds)
+        keep = self.model.decay(seconds, turned_rad=self._turned_rad)
         groups[0].rotation_fault.predict(seconds, float(keep[ANGLES.start]))
         for group in groups:
             group.predict(seconds, keep, self._stationary, self.motion)
@@ -219,8 +225,9 @@ class JointFilter(CameraFaults):
             self.rotation_fault.judge(judged, tentative, self.noise.unknown)
         if not late:
             errors, turned = self._groups[0].mean[:COUNT], self.rotation_fault.sigma
+            stated = self._stationary / self.model.wider
             for sentence in self.monitor.update_image(
-                squared, count, self.noise.level, turned, errors, self._stationary
+                squared, count, self.noise.level, turned, errors, stated
             ):
                 self.log.add(sentence)
         return refused[-1] if len(refused) <= 2 else np.concatenate(refused)

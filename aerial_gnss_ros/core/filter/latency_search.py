@@ -106,7 +106,8 @@ class LatencySearch:
         last = math.floor(min(most_s - stated, reach) / STEP_S + 1e-9)
         self.corrections: Array = np.arange(first, last + 1, dtype=np.float64) * STEP_S
         self._lattice = PoseLattice(last - first + 2 * TUNING.most_waiting)
-        model = PlatformModel(config.noise, config.gimbal.reference)
+        # Hypotheses of the bank say by themselves that errors are larger.
+        model = PlatformModel(config.noise, config.gimbal.reference, exact=True)
         motion = motion_model(config)
         self._bands = [
             LatencyBand(model, motion, low, high, slice(low - first, high - first + 1))

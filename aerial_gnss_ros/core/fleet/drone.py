@@ -69,6 +69,11 @@ class Drone:
         found[LATENCY, LATENCY] = self._clock_s**2
         return found
 
+    def decay(self, seconds: float) -> Array:
+        """Return the factors (7,) by which its errors decay until the next scene."""
+        turned_rad = self._motion.take_turn() if seconds > 0.0 else 0.0
+        return self.model.decay(seconds, turned_rad=turned_rad)
+
     def jumped(self, seen: Sighting) -> bool:
         """Return whether the drone has come to believe a jump of its receiver."""
         return self.last is not None and not np.array_equal(self.last.believed, seen.believed)

@@ -63,7 +63,7 @@ class RobotTable:
 
     def predict(self, seconds: float) -> None:
         """Predict to a later time."""
-        keep = [one.model.decay(seconds) for one in self._drones]
+        keep = [one.decay(seconds) for one in self._drones]
         if self.staying is not None:
             self.staying.predict(seconds, keep, self._stationary, self.motions.default)
         self.state.predict(seconds, keep, self._stationary, self.motions.default)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +35,8 @@ def test_single_publishes_each_point_by_itself(sea):
         assert {e.robot_id for e in found} == {"aqua_1"}
     assert spread["filter"] < 0.7 * spread["single"]
     assert spread["paper"] == pytest.approx(spread["single"], rel=0.1)
-    assert 1.2 < sigma["filter"] < sigma["single"]
+    # A hover tells nothing of compass and tilt, which the filter takes for larger than stated.
+    assert 1.2 < sigma["filter"] < math.sqrt(5.0 / 3.0) * sigma["single"]
 
 
 def _located(sea, centers):

@@ -263,7 +263,9 @@ def test_a_runaway_slower_than_robots_is_published_as_doubt(sea, axis, robots_a_
         parts[name] = sigmas
     assert any("if the camera had rotated" in sentence for sentence in engine.health.complaints)
     assert parts["runs"][-3:].min() > 2.0  # m
-    assert calm < parts["right"][-1] < 0.8 * parts["runs"].max()  # the way back takes some away
+    # The way back takes some away; of a yaw nothing, since a compass deviates by heading.
+    left = 1.25 if axis == 2 else 0.8
+    assert calm < parts["right"][-1] < left * parts["runs"].max()
 
 
 def test_tracks_that_tell_nothing_are_displaced_with_the_camera():

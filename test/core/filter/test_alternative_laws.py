@@ -46,7 +46,7 @@ def test_while_the_latency_is_unknown_no_correlation_time_is_weighed(laws):
         (False, ["times predict", "moored predict"]),
     ):
         asked = asked_of(laws)
-        laws.predict([SimpleNamespace()], 0.1, np.eye(7), None, late)
+        laws.predict([SimpleNamespace()], 0.1, np.eye(7), None, late, 0.0)
         assert asked == expected
 
 

@@ -228,7 +228,7 @@ def test_compass_and_gimbal_are_doubted_where_boxes_are_noisier_than_stated(sea,
     results = sea.play(sea.estimator(), world, 12.0, images=5)
     sigmas = {error.name: error.sigma for error in results[-1].platform}
     for name, stated in (("heading", 1.5), ("roll", 0.4), ("pitch", 0.4)):
-        assert (sigmas[name] > 1.3 * math.radians(stated)) == (factor > 1.0)
+        assert (sigmas[name] > 1.3 * math.radians(math.sqrt(5.0 / 3.0) * stated)) == (factor > 1.0)
 
 
 def test_a_biased_compass_is_named(sea):

@@ -53,7 +53,7 @@ def test_prediction_is_that_of_the_textbook(seconds):
     joint, motion = crowd(), MotionModel(0.05, 0.75)
     joint.unseen = np.array([0.0, 0.3, 20.0])
     steps = [textbook_step(float(unseen), seconds, motion) for unseen in joint.unseen]
-    keep = np.exp(-seconds / np.array([300.0] * 6 + [3600.0]))
+    keep = np.exp(-seconds / np.array([300.0] * 2 + [500.0] * 4 + [3600.0]))
     F = block_diag(np.diag(keep), *(step[0] for step in steps))
     Q = block_diag(np.diag(1.0 - keep**2) @ MODEL.stationary(None), *(step[1] for step in steps))
     mean, covariance = F @ joint.mean, F @ joint.covariance @ F.T + Q

@@ -67,7 +67,7 @@ def test_a_compass_that_fails_in_flight_is_named(fleet_of, turned):
 
 def test_with_two_poor_receivers_a_wrong_compass_is_either_s(fleet_of, turned):
     def spoil(name, estimator):
-        return turned(estimator, math.radians(10.0)) if name == "b" else estimator
+        return turned(estimator, math.radians(12.0)) if name == "b" else estimator
 
     right = fleet_of(noises=("consumer", "consumer"), seed=18, images=10.0, duration=12.0)
     assert named(right.together()[1]) == ({}, {"a": "", "b": ""})

@@ -13,6 +13,7 @@ from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.models.platform_model import (
     ANGLES,
     COUNT,
+    HEADING,
     HEIGHT,
     LATENCY,
     PLATFORM,
@@ -31,12 +32,25 @@ STATED = Noise(
 def test_each_error_has_its_variance_in_si():
     radians = np.radians([0.3, 0.6, 1.2])
     expected = dict(zip(PLATFORM, [2.0, 2.0, 0.5, *radians, 0.1], strict=True))
-    covariance = PlatformModel(STATED, "earth").stationary(None)
+    covariance = PlatformModel(STATED, "earth", exact=True).stationary(None)
     np.testing.assert_allclose(np.sqrt(covariance.diagonal()), list(expected.values()))
     assert np.count_nonzero(covariance) == COUNT
     assert math.sqrt(covariance[HEIGHT, HEIGHT]) == pytest.approx(expected["height"])
     assert math.sqrt(covariance[LATENCY, LATENCY]) == pytest.approx(expected["latency"])
     assert PLATFORM[ANGLES] == ("roll", "pitch", "heading")
+
+
+def test_height_and_angles_may_be_larger_than_stated_but_drift_no_faster():
+    model, stated = PlatformModel(STATED, "earth"), PlatformModel(STATED, "earth", exact=True)
+    # Student's t of 5 degrees of freedom has 5 / (5 - 2) times the variance of its Gaussian.
+    np.testing.assert_allclose(model.wider, [1.0, 1.0, *[5.0 / 3.0] * 4, 1.0])
+    np.testing.assert_allclose(model.nominal, stated.nominal * model.wider)
+
+    def drift(one: PlatformModel) -> np.ndarray:
+        """Variances by which errors change within 0.1 s."""
+        return (1.0 - one.decay(0.1) ** 2) * one.nominal.diagonal()
+
+    np.testing.assert_allclose(drift(model), drift(stated), rtol=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -64,9 +78,16 @@ def test_a_fix_may_bring_its_own_covariance():
 
 
 def test_errors_fade_with_their_correlation_times():
-    kept = PlatformModel(STATED, "earth").decay(100.0)
+    kept = PlatformModel(STATED, "earth", exact=True).decay(100.0)
     np.testing.assert_allclose(kept[:LATENCY], 1.0 / math.e)
     assert kept[LATENCY] == pytest.approx(math.exp(-100.0 / TUNING.latency_time_s))
+
+    # The compass deviates by heading: 4 rad count as 100 s, to either side.
+    model = PlatformModel(STATED, "earth")
+    turned = model.decay(100.0, turned_rad=4.0) / model.decay(100.0)
+    np.testing.assert_allclose(turned, [1.0] * HEADING + [math.exp(-0.6), 1.0])
+    exact = PlatformModel(STATED, "earth", exact=True)
+    assert exact.decay(100.0, turned_rad=4.0).tolist() == exact.decay(100.0).tolist()
     white = PlatformModel(Noise(correlation_time_s=0.0), "earth").decay(0.1)
     assert white[:LATENCY].tolist() == [0.0] * LATENCY
     assert white[LATENCY] == pytest.approx(1.0, abs=1e-4)

@@ -105,7 +105,7 @@ def test_a_surveyed_point_corrects_every_robot(sea, plain):
     assert "Reference pier is beacon_1: positions refer to it." in engine.events
     receiver = {one.name: one for one in results[-1].platform}
     for name, off in zip(("gnss_east", "gnss_north"), OFF, strict=True):
-        assert receiver[name].value == pytest.approx(-off, abs=0.3)
+        assert abs(receiver[name].value + off) < 2.0 * receiver[name].sigma
         assert receiver[name].sigma < 0.6
 
 
