@@ -43,6 +43,6 @@ def refuse_two_drones(bag: BagReader, topics: Collection[str]) -> None:
             if min(len(one), len(other)) >= _LEAST and not one & other:
                 raise InputError(
                     f"{first} and {second} have different messages on {topic} at the same time: "
-                    "they are of two drones; give each one as --drone NAME=BAG of `aerial-gnss "
-                    "replay`, or those of one drone only."
+                    "they are of two drones; give each one as --drone NAME=BAG, or those of one "
+                    "drone only."
                 )

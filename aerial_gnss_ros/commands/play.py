@@ -11,6 +11,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aerial_gnss_ros.adapters.kinds import FIX
+from aerial_gnss_ros.bags.one_drone import refuse_two_drones
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
 from aerial_gnss_ros.commands.drone_arguments import drone_file
 from aerial_gnss_ros.commands.notices import note
@@ -95,7 +97,11 @@ def run(args: argparse.Namespace) -> int:
 def _opened(args: argparse.Namespace, opened: ExitStack) -> BagReader | FleetBag:
     """Return what is to be played."""
     if not args.drone:
-        return opened.enter_context(open_bag(args.bags))
+        bag = opened.enter_context(open_bag(args.bags))
+        played = inputs({one.name: one.msgtype for one in bag.topics.values()})
+        positions = {kind.msgtype for kind in FIX.values()}
+        refuse_two_drones(bag, [one for one in played if bag.topics[one].msgtype in positions])
+        return bag
     from aerial_gnss_ros.nodes.fleet_bag import FleetBag
 
     return FleetBag({name: opened.enter_context(open_bag([path])) for name, path in args.drone})

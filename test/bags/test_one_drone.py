@@ -51,11 +51,13 @@ def test_recordings_of_one_drone_belong_together(tmp_path, values, begin_s, topi
     check(first, recorded(tmp_path / "b", values, begin_s, topic))
 
 
-def test_a_replay_says_how_drones_are_given(tmp_path, capsys):
+def test_replay_and_play_say_how_drones_are_given(tmp_path, capsys):
     """Telemetry of both, mixed, gave positions that were off by metres."""
     plan = ["--drones", "2", "--no-images", "--duration", "3"]
     assert main(["simulate", "-o", str(tmp_path / "two"), *plan]) == 0
     bags = [str(tmp_path / "two" / name) for name in "ab"]
     assert main(["replay", *bags, "-o", str(tmp_path / "mixed")]) == 2
+    assert "they are of two drones" in capsys.readouterr().err
+    assert main(["play", *bags]) == 2
     assert "they are of two drones" in capsys.readouterr().err
     assert not (tmp_path / "mixed").exists()
