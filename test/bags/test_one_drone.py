@@ -51,13 +51,24 @@ def test_recordings_of_one_drone_belong_together(tmp_path, values, begin_s, topi
     check(first, recorded(tmp_path / "b", values, begin_s, topic))
 
 
-def test_replay_and_play_say_how_drones_are_given(tmp_path, capsys):
+def test_a_replay_says_how_drones_are_given(tmp_path, capsys):
     """Telemetry of both, mixed, gave positions that were off by metres."""
     plan = ["--drones", "2", "--no-images", "--duration", "3"]
     assert main(["simulate", "-o", str(tmp_path / "two"), *plan]) == 0
     bags = [str(tmp_path / "two" / name) for name in "ab"]
     assert main(["replay", *bags, "-o", str(tmp_path / "mixed")]) == 2
     assert "they are of two drones" in capsys.readouterr().err
-    assert main(["play", *bags]) == 2
-    assert "they are of two drones" in capsys.readouterr().err
     assert not (tmp_path / "mixed").exists()
+
+
+def test_so_does_play(tmp_path, capsys):
+    pytest.importorskip("rclpy")
+    fix = {"latitude": 13.0, "longitude": -59.0, "altitude": 0.0}
+    for name, off in (("a", 0.0), ("b", 0.5)):
+        with BagWriter(tmp_path / name) as bag:
+            for k in range(50):
+                at_ns = (k + 1) * SECOND_NS // 10
+                values = {**fix, "altitude": off + k}
+                bag.write("fix", "sensor_msgs/msg/NavSatFix", at_ns, values, SENSOR)
+    assert main(["play", str(tmp_path / "a"), str(tmp_path / "b")]) == 2
+    assert "they are of two drones" in capsys.readouterr().err
