@@ -37,7 +37,7 @@ from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
 from aerial_gnss_ros.core.models.measurement_model import on_water, state_jacobian
-from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, HEIGHT, LATENCY
+from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, HEADING, HEIGHT, LATENCY
 
 Array = NDArray[np.float64]
 
@@ -82,8 +82,7 @@ class CalibrationChange:
         errors[HEIGHT] = after.height_m - before.height_m
         for i, name in enumerate(("gimbal_roll_deg", "gimbal_pitch_deg", "heading_deg")):
             errors[ANGLES.start + i] = math.radians(getattr(after, name) - getattr(before, name))
-        heading = ANGLES.stop - 1
-        errors[heading] = math.remainder(errors[heading], 2.0 * math.pi)
+        errors[HEADING] = math.remainder(errors[HEADING], 2.0 * math.pi)
         errors[LATENCY] = new.camera.latency_s - former.camera.latency_s
         return CalibrationChange(errors, after.focal_scale / before.focal_scale)
 
@@ -195,8 +194,7 @@ def _move(joint: JointState, errors: Array, prior: Array) -> None:
         return
     axes = joint.by_errors.copy()  # they turn with the camera's heading
     axes[3:, ANGLES] = (
-        rotation_matrix(np.array([0.0, 0.0, shift[ANGLES.stop - 1]]))
-        @ (joint.by_errors[3:, ANGLES])
+        rotation_matrix(np.array([0.0, 0.0, shift[HEADING]])) @ (joint.by_errors[3:, ANGLES])
     )
     points = on_water_surface(joint.robots[:, :2])
     points[:, 2] -= joint.mean[HEIGHT]

@@ -21,7 +21,7 @@ from aerial_gnss_ros.core.fleet.constellations import Candidates, matchings, mis
 from aerial_gnss_ros.core.fleet.fault import FAULTS, Fault, Suspicion
 from aerial_gnss_ros.core.fleet.receivers import joint_prior
 from aerial_gnss_ros.core.fleet.snapshot import Placed, Snapshot
-from aerial_gnss_ros.core.models.platform_model import COUNT, PLATFORM
+from aerial_gnss_ros.core.models.platform_model import COUNT, HEADING
 
 Array = NDArray[np.float64]
 Pairs = tuple[tuple[int, int], ...]
@@ -44,7 +44,6 @@ class FaultTrialTuning:
 
 
 TUNING = FaultTrialTuning()
-HEADING = PLATFORM.index("heading")
 
 
 @dataclass(frozen=True)

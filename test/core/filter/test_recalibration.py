@@ -20,10 +20,9 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.measurement_model import state_jacobian
-from aerial_gnss_ros.core.models.platform_model import COUNT, PLATFORM, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import COUNT, HEADING, PLATFORM, PlatformModel
 
 CHANGED_S, END_S = 15.0, 18.0
-HEADING = PLATFORM.index("heading")
 ROBOTS = {"a": (2.0, 16.0), "b": (-5.0, 19.0), "c": (5.0, 12.0)}
 
 

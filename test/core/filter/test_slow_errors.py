@@ -30,7 +30,7 @@ ROBOTS = {
 }
 
 
-class Compass(World):
+class WrongTelemetry(World):
     """A heading that errs otherwise on each heading, and a height that errs by a constant."""
 
     deviation_deg, too_high_m = 0.0, 0.0
@@ -47,7 +47,7 @@ class Compass(World):
 @pytest.mark.parametrize("wrong", [{"deviation_deg": 5.0}, {"too_high_m": 2.0}], ids=str)
 def test_errors_far_beyond_what_is_stated_are_contained(sea, wrong):
     """Of 1.5 deg and 0.3 m, in an orbit around robots that stay."""
-    world = Compass(robots=ROBOTS, seed=2, **ORBIT)
+    world = WrongTelemetry(robots=ROBOTS, seed=2, **ORBIT)
     vars(world).update(wrong)
     results = sea.play(sea.estimator(RTK), world, 45.0)
     sizes = []
