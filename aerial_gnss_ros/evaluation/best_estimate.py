@@ -38,7 +38,7 @@ class MeasuredFrame:
 
     Attributes:
         pose: of the camera, by telemetry.
-        errors: (7,) true `PLATFORM` corrections of its slow errors.
+        errors: (9,) true `PLATFORM` corrections of its slow errors.
         pixels: (n, 2) boxes of all robots, px; of those that are not seen it does not matter what.
     """
 

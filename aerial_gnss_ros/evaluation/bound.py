@@ -29,7 +29,7 @@ from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_vector
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.models.platform_model import COUNT, PlatformModel
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 
@@ -159,7 +159,7 @@ class Recursion:
         slots = np.flatnonzero(frame.seen[joint.rows])
         if len(slots):
             places = joint.robots[slots, :2]
-            pixels = linearise(sight, np.zeros(7), places).pixels
+            pixels = linearise(sight, np.zeros(COUNT), places).pixels
             self.update(d, k, slots, pixels, sight)
         new = np.setdiff1d(np.flatnonzero(frame.seen), joint.rows)
         if len(new):
@@ -173,7 +173,7 @@ class Recursion:
     def begin(self, d: int, k: int, rows: Indices, places: Array, sight: CameraView) -> Linear:
         """Begin robots seen for the first time; those whose place is known stay."""
         del k
-        linear = linearise(sight, np.zeros(7), places)
+        linear = linearise(sight, np.zeros(COUNT), places)
         metres: Array = np.asarray(np.linalg.inv(linear.by_place), np.float64)
         own = np.where(np.isin(rows, [*self._known]), 0.0, np.nan) * np.ones((2, 1))
         by_errors, white = -metres @ linear.by_platform, white_on_water(linear, self.models[d])

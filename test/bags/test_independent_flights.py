@@ -28,9 +28,9 @@ LIMITS = {
     "transit30_still": (0.15, 1.0, 0.95),
     "hover30_mixed": (0.5, 1.0, 0.95),
     "orbit20_mixed_noisy": (1.8, 2.0, 0.95),
-    "orbit40_moving_quiet": (0.75, 1.0, 0.95),
+    "orbit40_moving_quiet": (0.6, 1.0, 0.95),
     "transit25_late": (3.0, 1.5, 0.95),
-    "orbit60_coloured": (0.75, 1.5, 0.95),
+    "orbit60_coloured": (0.5, 1.5, 0.95),
     "orbit30_slow": (1.5, 1.0, 0.9),
 }
 """Largest RMS error, m, and NEES/2, and least share of boxes with positions, of the last third."""

@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
+from aerial_gnss_ros.core.models.platform_model import COUNT as ERRORS
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import MapDatum
@@ -53,14 +54,16 @@ def swum(rng, noise):
 
 
 def drifting(rng, noise, share):
-    """Return both drones' true errors (images, 14) at all images."""
+    """Return both drones' true errors (images, 18) at all images."""
     model = MODELS[noise]
     prior = joint_prior([model.stationary(None)] * 2, share)
-    root = np.linalg.cholesky(prior + 1e-12 * np.eye(14))
+    root = np.linalg.cholesky(prior + 1e-12 * np.eye(2 * ERRORS))
     keep = np.tile(model.decay(0.5 * PERIOD_S), 2)
-    errors = [root @ rng.standard_normal(14)]
+    errors = [root @ rng.standard_normal(2 * ERRORS)]
     for _ in range(2 * COUNT - 1):
-        errors.append(keep * errors[-1] + np.sqrt(1 - keep**2) * (root @ rng.standard_normal(14)))
+        errors.append(
+            keep * errors[-1] + np.sqrt(1 - keep**2) * (root @ rng.standard_normal(2 * ERRORS))
+        )
     return np.array(errors)
 
 
@@ -75,7 +78,7 @@ def pose_at(d, i):
 
 
 def telemetry(pose, errors, white):
-    """Return the measured pose that a drone's errors (7,) correct, with white noise (6,)."""
+    """Return the measured pose that a drone's errors (9,) correct, with white noise (6,)."""
     true = MapPose.of(pose, LOCAL)
     axes = CameraView.of(CAMERA, true, np.zeros(6), 0.0).axes
     turned = rotation_matrix(axes @ errors[3:6]).T @ rotation_matrix(white[3:]) @ true.rotation
@@ -88,7 +91,7 @@ def telemetry(pose, errors, white):
 
 
 def flight(rng, errors, noise="consumer", scale=1.0, places=None):
-    """Return the drones and what they measure, by errors (images, 14) of both."""
+    """Return the drones and what they measure, by errors (images, 18) of both."""
     places, model = swum(rng, noise) if places is None else places, MODELS[noise]
     drones, measured = [], []
     for d in (0, 1):
@@ -96,9 +99,9 @@ def flight(rng, errors, noise="consumer", scale=1.0, places=None):
         for i in range(d, 2 * COUNT, 2):
             frame = TrueFrame(pose_at(d, i), places[i], np.ones(3, np.bool_))
             view = CameraView.of(CAMERA, MapPose.of(frame.pose, LOCAL), np.zeros(6), 0.0)
-            pixels = linearise(view, np.zeros(7), places[i]).pixels
+            pixels = linearise(view, np.zeros(ERRORS), places[i]).pixels
             pixels = pixels + scale * math.sqrt(model.pixel) * rng.standard_normal((3, 2))
-            own = errors[i, 7 * d : 7 * d + 7]
+            own = errors[i, ERRORS * d : ERRORS * d + ERRORS]
             white = scale * np.sqrt(model.white) * rng.standard_normal(6)
             frames.append(frame)
             seen.append(MeasuredFrame(telemetry(frame.pose, own, white), own, pixels))
@@ -140,22 +143,22 @@ def test_its_covariance_is_the_bound():
 
 
 def still(offsets, share):
-    """Return errors (3, 2) at the end where all but receivers' offsets (14,) is exact, m."""
+    """Return errors (3, 2) at the end where all but receivers' offsets (18,) is exact, m."""
     rng, errors = np.random.default_rng(10), np.tile(np.asarray(offsets, float), (2 * COUNT, 1))
     return last(*flight(rng, errors, "consumer", 0.0, [START] * (2 * COUNT)), share)[0]
 
 
 def test_without_any_error_it_is_the_truth():
-    assert np.abs(still(np.zeros(14), 0.5)).max() < 1e-5
+    assert np.abs(still(np.zeros(2 * ERRORS), 0.5)).max() < 1e-5
 
 
 def test_an_offset_that_both_receivers_have_is_its_error():
-    offsets = np.zeros(14)
-    offsets[[0, 7]], offsets[[1, 8]] = 1.5, -0.7
+    offsets = np.zeros(2 * ERRORS)
+    offsets[[0, ERRORS]], offsets[[1, ERRORS + 1]] = 1.5, -0.7
     np.testing.assert_allclose(still(offsets, 1.0), np.tile([-1.5, 0.7], (3, 1)), atol=1e-3)
 
 
 def test_what_one_receiver_alone_errs_by_is_halved():
-    offsets = np.zeros(14)
+    offsets = np.zeros(2 * ERRORS)
     offsets[0] = 1.5
     np.testing.assert_allclose(still(offsets, 0.0), np.tile([-0.75, 0.0], (3, 1)), atol=0.1)

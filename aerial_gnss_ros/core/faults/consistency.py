@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
-from aerial_gnss_ros.core.models.platform_model import PLATFORM
+from aerial_gnss_ros.core.models.platform_model import PUBLISHED
 from aerial_gnss_ros.core.values.events import WarningText
 
 Array = NDArray[np.float64]
@@ -209,12 +209,12 @@ class InnovationMonitor:
         """Return a sentence for an estimated error far beyond its stated sigma, once each.
 
         Args:
-            errors: (7,) estimated, see `platform_model.PLATFORM`.
+            errors: (7,) estimated, see `platform_model.PUBLISHED`.
             stationary: (7, 7) covariance stated.
         """
         news = None
         variances = stationary.diagonal().tolist()
-        for name, error, variance in zip(PLATFORM, errors.tolist(), variances, strict=True):
+        for name, error, variance in zip(PUBLISHED, errors.tolist(), variances, strict=True):
             sigma = math.sqrt(variance)
             apart = abs(error) / max(sigma, 1e-12)
             if self._incredible and apart < SURE_SIGMAS:

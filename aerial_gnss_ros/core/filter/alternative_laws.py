@@ -57,17 +57,15 @@ class AlternativeLaws:
         stationary: Array,
         motion: MotionModel,
         late: bool,
-        turned_rad: float,
     ) -> None:
         """Move on in time, before the groups do (see `JointState.predict`).
 
         `late` is whether the latency is unknown: then correlation times are not weighed.
-        `turned_rad` is by how much the camera has turned meanwhile, rad.
         """
         if not late:
-            self.times.predict(groups[0], seconds, stationary, motion, turned_rad)
+            self.times.predict(groups[0], seconds, stationary, motion)
         if self.moored is not None:
-            keep = self._model.decay(seconds, turned_rad=turned_rad)
+            keep = self._model.decay(seconds)
             self.moored.predict(groups, seconds, keep, stationary, motion)
 
     def update(

@@ -55,7 +55,7 @@ class StateBlocks:
         """Start without robots.
 
         Args:
-            platform: (7, 7) covariance of the platform's errors.
+            platform: (9, 9) covariance of the platform's errors.
         """
         self.rotation_fault = RotationFault()
         self.ambiguity = self.rotation_fault.ambiguity
@@ -79,7 +79,7 @@ class StateBlocks:
 
     @property
     def platform(self) -> tuple[Array, Array]:
-        """The platform's errors (7,) and their covariance (7, 7)."""
+        """The platform's errors (9,) and their covariance (9, 9)."""
         first = self._groups[0]
         return first.mean[:COUNT].copy(), first.covariance[:COUNT, :COUNT].copy()
 

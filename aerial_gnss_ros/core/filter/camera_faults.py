@@ -83,7 +83,7 @@ class CameraFaults(StateBlocks):
 
     @property
     def stationary(self) -> Array:
-        """(7, 7) covariance of the platform's errors when nothing is known."""
+        """(9, 9) covariance of the platform's errors when nothing is known."""
         return self._stationary
 
     def update_camera(self, frame: PosedFrame, robots_tell: Callable[[], bool] = nobody) -> bool:

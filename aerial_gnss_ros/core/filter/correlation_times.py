@@ -84,13 +84,9 @@ class CorrelationTimes:
         self._since_s = self._told_nats = 0.0
 
     def predict(
-        self, base: JointState, seconds: float, stationary: Array, motion: MotionModel,
-        turned_rad: float = 0.0,
-    ) -> None:  # fmt: skip
-        """Move on in time, before `base` does (see `JointState.predict`).
-
-        `turned_rad` is by how much the camera has turned meanwhile, rad.
-        """
+        self, base: JointState, seconds: float, stationary: Array, motion: MotionModel
+    ) -> None:
+        """Move on in time, before `base` does (see `JointState.predict`)."""
         if seconds <= 0.0 or self._stated_s <= TUNING.quick_s:
             return
         if self._base is not base:
@@ -98,7 +94,7 @@ class CorrelationTimes:
             self._base, self._law = base, _copied(base)
         self._since_s += seconds
         if self._is_same():
-            keep = self._model.decay(seconds, self._other_s, turned_rad)
+            keep = self._model.decay(seconds, self._other_s)
             self._law.predict(seconds, keep, stationary, motion)
 
     def update(self, outcome: Outcome, pixels: Array, view: CameraView, level: float) -> bool:
@@ -143,7 +139,7 @@ class CorrelationTimes:
         """Take back what manoeuvres taught of the platform, as from the joint state.
 
         Args:
-            platform: (7, 7) prior covariance of the platform's errors.
+            platform: (9, 9) prior covariance of the platform's errors.
         """
         self._law.doubt_platform(self._law.manoeuvre_noise.take_underestimated(), platform)
 

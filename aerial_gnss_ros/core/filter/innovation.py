@@ -80,7 +80,7 @@ def pair_innovations(
     Args:
         group: n robots, one at least.
         places: (m, 2) positions of the detections by the group's platform errors, m.
-        by_errors: (m, 2, 7) derivatives of these by the platform's errors.
+        by_errors: (m, 2, 9) derivatives of these by the platform's errors.
         white: (m, 2, 2) their white covariance, m².
         scale: of the trace, and
         floor: m², of the squared distance up to which a pair is returned.
@@ -116,7 +116,7 @@ def joint_covariance(
     Args:
         group: the robots.
         slots: (k,) indices of the pairs' robots.
-        by_errors: (k, 2, 7) derivatives of the boxes' positions by the platform's errors.
+        by_errors: (k, 2, 9) derivatives of the boxes' positions by the platform's errors.
         white: (k, 2, 2) white covariance of these, m².
         own: (k, 2, 2) part of it that is the boxes' own, m².
     """

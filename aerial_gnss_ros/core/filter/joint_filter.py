@@ -28,7 +28,7 @@ from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.filter.update import correct
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.models.motion_model import ClassMotions
-from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY
+from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY, at_azimuth
 from aerial_gnss_ros.core.values.events import Events
 
 Array = NDArray[np.float64]
@@ -63,16 +63,11 @@ class JointFilter(CameraFaults):
         super().reset()
         self.monitor.reset()
         self.noise.reset()
-        self._turned_rad = 0.0
 
     def predict(self, seconds: float) -> None:
         """Predict to a later time."""
-        if seconds > 0.0:
-            self._turned_rad = self.trajectory.motion.take_turn()
-        self.laws.predict(
-            self._groups, seconds, self._stationary, self.motion, self.restarts.late,
-            self._turned_rad,
-        )  # fmt: skip
+        late = self.restarts.late
+        self.laws.predict(self._groups, seconds, self._stationary, self.motion, late)
         self.predict_with(self._groups, seconds)
         if self.ambiguity.episodes and seconds > 0.0:
             keep = self.model.decay(seconds)
@@ -166,7 +161,7 @@ class JointFilter(CameraFaults):
         """Predict other joint states of the same camera, as `predict` does."""
         if seconds <= 0.0:
             return
-        keep = self.model.decay(seconds, turned_rad=self._turned_rad)
+        keep = self.model.decay(seconds)
         groups[0].rotation_fault.predict(seconds, float(keep[ANGLES.start]))
         for group in groups:
             group.predict(seconds, keep, self._stationary, self.motion)
@@ -224,8 +219,8 @@ class JointFilter(CameraFaults):
         if due:
             self.rotation_fault.judge(judged, tentative, self.noise.unknown)
         if not late:
-            errors, turned = self._groups[0].mean[:COUNT], self.rotation_fault.sigma
-            stated = self._stationary / self.model.wider
+            turned, stated = self.rotation_fault.sigma, self.model.stated(self._stationary)
+            errors, stated = at_azimuth(self._groups[0].mean[:COUNT], stated, view.axes)
             for sentence in self.monitor.update_image(
                 squared, count, self.noise.level, turned, errors, stated
             ):
@@ -280,7 +275,7 @@ class JointFilter(CameraFaults):
             return
         self.laws.restart()
         before, self._wider = self._wider, np.ones(COUNT)
-        self._wider[ANGLES] = self.noise.of_slow_errors
+        self._wider[ANGLES.start : LATENCY] = self.noise.of_slow_errors
         wider = self._wider / before
         for group in self._groups:
             relinearize(group, self.trajectory.seen_from)

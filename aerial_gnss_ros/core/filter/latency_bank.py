@@ -30,7 +30,7 @@ from aerial_gnss_ros.core.filter.latency_views import EXPECTED, Mask, Views, by_
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import SLOW, PlatformModel
 
 Array = NDArray[np.float64]
 
@@ -226,7 +226,7 @@ class LatencyBank:
 
     def _slow(self, fix_covariance: Array | None) -> Array:
         """Return the (6, 6) stated covariance of the platform's slow errors."""
-        return self._model.stationary(fix_covariance)[:LATENCY, :LATENCY]
+        return self._model.stationary(fix_covariance)[SLOW, SLOW]
 
     def _forget(self, stamp_ns: int, state: BankState) -> None:
         since = [stamp_ns - seen for seen in self._seen_ns.values()]

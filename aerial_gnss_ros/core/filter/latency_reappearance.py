@@ -19,7 +19,7 @@ from aerial_gnss_ros.core.filter.latency_views import EXPECTED, Views, by_pose
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL
 from aerial_gnss_ros.core.models.measurement_model import level_axes
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import LATENCY, PlatformModel
+from aerial_gnss_ros.core.models.platform_model import SLOW, PlatformModel
 from aerial_gnss_ros.core.numerics.gaussian import inverse
 
 Array = NDArray[np.float64]
@@ -50,7 +50,7 @@ class Reappearance:
 
     def __init__(self, model: PlatformModel, motion: MotionModel) -> None:
         self._model, self._speed = model, motion.speed_sigma
-        self._slow = model.nominal[:LATENCY, :LATENCY]
+        self._slow = model.nominal[SLOW, SLOW]
         self.reset()
 
     def reset(self) -> None:

@@ -37,12 +37,11 @@ from aerial_gnss_ros.core.models.measurement_model import (
     pose_jacobian,
     state_jacobian,
 )
-from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT
+from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, LATENCY
 
 Array = NDArray[np.float64]
 
 _NO_RAYS, _NOWHERE = np.zeros((0, 3)), np.zeros((0, 2))
-_EAST_NORTH_UP = np.eye(3)
 _NO_CHANGE = np.zeros((0, 2, COUNT))
 
 
@@ -56,7 +55,7 @@ class CameraView:
         foretold: (3,) camera position predicted from earlier images, m.
         axes: (3, 3) of roll, pitch and heading errors, of the foretold pose.
         rates: (6,) of the pose, m/s and rad/s.
-        by_errors: (6, 7) `pose_by_errors` of these.
+        by_errors: (6, 9) `pose_by_errors` of these.
         applied: latency already contained in the pose, beyond the configured one, s.
         bend: (6,) variances of the pose, as `rates`, that interpolation of telemetry and an unknown
             latency add to the white noise, the latter beyond what goes with the rates.
@@ -103,20 +102,20 @@ class CameraView:
         return rays
 
     def pose(self, errors: Array) -> MapPose:
-        """Return the pose corrected by the platform's errors (7,); the last result is cached."""
+        """Return the pose corrected by the platform's errors (9,); the last result is cached."""
         key = errors.tobytes()
         if key not in self._poses:
             self._poses.clear()
-            pose = self.measured.corrected(errors, self.axes)
-            late = float(errors[6]) - self.applied
-            self._poses[key] = pose.corrected(-late * self.rates, _EAST_NORTH_UP) if late else pose
+            pose = self.measured.corrected(self.by_errors[:, :LATENCY] @ errors[:LATENCY])
+            late = float(errors[LATENCY]) - self.applied
+            self._poses[key] = pose.corrected(-late * self.rates) if late else pose
         return self._poses[key]
 
     def standpoint(self, errors: Array) -> Array:
-        """Return the foretold place (3,) with the platform's errors (7,) but height taken out."""
+        """Return the foretold place (3,) with the platform's errors (9,) but height taken out."""
         east, north = errors[:2].tolist()
         x, y, z = self.foretold.tolist()
-        late = float(errors[6]) - self.applied
+        late = float(errors[LATENCY]) - self.applied
         place = np.array([x + east, y + north, z])
         return place - late * self.rates[:3] if late else place
 
@@ -135,7 +134,7 @@ def relinearize(
 
     Returns:
         Their positions on the water (m, 2) by the estimated platform errors, and the derivatives by
-        the errors (m, 2, 7).
+        the errors (m, 2, 9).
     """
     camera, places, moved = sight.standpoint(joint.mean[:COUNT]), _NOWHERE, _NO_CHANGE
     if len(rays):
@@ -161,7 +160,7 @@ def relinearize(
 
 
 def by_platform(joint: JointState, places: Array) -> Array:
-    """Return derivatives (m, 2, 7) of positions (m, 2) on the water by the platform's errors.
+    """Return derivatives (m, 2, 9) of positions (m, 2) on the water by the platform's errors.
 
     At the camera position of `relinearize`.
     """
@@ -180,7 +179,7 @@ def by_angles(joint: JointState, slots: Indices) -> Array:
 
 
 def by_errors(joint: JointState, slots: Indices) -> Array:
-    """Return derivatives (m, 2, 7) of robots' positions by the platform's errors.
+    """Return derivatives (m, 2, 9) of robots' positions by the platform's errors.
 
     At the camera position of `relinearize`, also for robots initialised from this image.
     """

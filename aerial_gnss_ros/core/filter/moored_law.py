@@ -245,7 +245,7 @@ class MooredLaw(JointState):
         self.covariance[np.ix_(own, own)] += covariance
 
     def jointly_published(self) -> tuple[Array, Array]:
-        """Return all that is published (7 + 4 n,), the platform's errors first, and its covariance.
+        """Return all that is published (9 + 4 n,), the platform's errors first, and its covariance.
 
         See `published`; what is said there of each robot alone is added to its own block.
         """

@@ -24,7 +24,7 @@ class Linear:
     Attributes:
         pixels: (m, 2) predicted.
         by_place: (m, 2, 2) derivative by the robots' East, North, px/m.
-        by_platform: (m, 2, 7) by the platform's errors.
+        by_platform: (m, 2, 9) by the platform's errors.
         by_pose: (m, 2, 6) by the pose's white noise.
         seen: (m,) False if the camera model has no pixel for the robot.
     """
@@ -43,7 +43,7 @@ def linearise(
 
     Args:
         sight: the camera.
-        errors: (7,) estimate of the platform's errors.
+        errors: (9,) estimate of the platform's errors.
         positions: (m, 2) estimate of the robots' East, North, m.
         by_pose: (m, 2, 6) `pose_jacobian` to be used; None: at the estimate itself.
     """

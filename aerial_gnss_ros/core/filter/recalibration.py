@@ -36,7 +36,7 @@ from aerial_gnss_ros.core.filter.state import JointState, of_robots
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
-from aerial_gnss_ros.core.models.measurement_model import on_water, state_jacobian
+from aerial_gnss_ros.core.models.measurement_model import on_water, pose_by_errors, state_jacobian
 from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, HEADING, HEIGHT, LATENCY
 
 Array = NDArray[np.float64]
@@ -67,7 +67,7 @@ class CalibrationChange:
     """What a new configuration adds to the calibration of the former one.
 
     Attributes:
-        errors: (7,) by the platform's errors (`platform_model.PLATFORM`): m, rad, s.
+        errors: (9,) by the platform's errors (`platform_model.PLATFORM`): m, rad, s.
         focal: ratio of the new focal length to the former one.
     """
 
@@ -90,7 +90,7 @@ class CalibrationChange:
         """Return whether the filter estimates all errors that change.
 
         Args:
-            prior: (7, 7) their covariance when nothing is known; 0 for what it takes to be exact.
+            prior: (9, 9) their covariance when nothing is known; 0 for what it takes to be exact.
         """
         return self.focal == 1.0 and not self.errors[prior.diagonal() == 0.0].any()
 
@@ -106,7 +106,7 @@ def recalibrate(
     Args:
         joint: changed in place.
         change: of the calibration.
-        prior: (7, 7) covariance of the platform's errors when nothing is known.
+        prior: (9, 9) covariance of the platform's errors when nothing is known.
         sight: the last image, with the former calibration.
         searched: whether the latency is estimated elsewhere (`LatencySearch`), which tells its
             correction before the next image; until then only the sum is kept.
@@ -135,7 +135,7 @@ def likelier(joint: JointState, change: CalibrationChange, prior: Array) -> floa
     Args:
         joint: a law, before the change.
         change: of the calibration.
-        prior: (7, 7) covariance of the platform's errors when nothing is known.
+        prior: (9, 9) covariance of the platform's errors when nothing is known.
     """
     moved = np.flatnonzero(change.errors)
     shift = change.errors[moved]
@@ -154,7 +154,7 @@ def reinitialize(joint: JointState, slots: Indices, prior: Array, speed: Array |
     Args:
         joint: changed in place; relinearised at the present image.
         slots: (m,) indices in `rows` of the robots with a box in this image.
-        prior: (7, 7) covariance of the platform's errors when nothing is known.
+        prior: (9, 9) covariance of the platform's errors when nothing is known.
         speed: one sigma of these robots' unknown velocities, each axis, m/s.
     """
     P, own = joint.covariance, of_robots(slots)
@@ -181,7 +181,7 @@ def _steps(errors: Array, height: float) -> int:
 
 
 def _move(joint: JointState, errors: Array, prior: Array) -> None:
-    """Apply a small change of modelled errors (7,), with the corrections still to the former ones.
+    """Apply a small change of modelled errors (9,), with the corrections still to the former ones.
 
     An error that a fault test has widened beyond its prior moves no farther than by the prior.
     """
@@ -192,10 +192,10 @@ def _move(joint: JointState, errors: Array, prior: Array) -> None:
     n = len(joint)
     if not n:
         return
-    axes = joint.by_errors.copy()  # they turn with the camera's heading
-    axes[3:, ANGLES] = (
-        rotation_matrix(np.array([0.0, 0.0, shift[HEADING]])) @ (joint.by_errors[3:, ANGLES])
-    )
+    before = joint.by_errors
+    turn = np.array([0.0, 0.0, before[5, :LATENCY] @ shift[:LATENCY]])
+    # axes turn with the camera's heading
+    axes = pose_by_errors(rotation_matrix(turn) @ before[3:, ANGLES], -before[:, LATENCY])
     points = on_water_surface(joint.robots[:, :2])
     points[:, 2] -= joint.mean[HEIGHT]
     by_pose = state_jacobian(np.hstack([points - joint.camera, joint.robots[:, 2:]]))
@@ -204,7 +204,7 @@ def _move(joint: JointState, errors: Array, prior: Array) -> None:
 
 
 def _move_unmodelled(joint: JointState, errors: Array, sight: CameraView) -> None:
-    """Apply changes (7,) of errors that the filter takes to be exact."""
+    """Apply changes (9,) of errors that the filter takes to be exact."""
     if not errors.any():
         return
     shift = by_errors(joint, np.arange(len(joint))) @ errors

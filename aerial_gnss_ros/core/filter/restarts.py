@@ -76,7 +76,7 @@ class Restarts:
             group: the joint state.
             slots: of robots that the image shows.
             view: the image's camera.
-            stationary: (7, 7) prior covariance of the platform's errors.
+            stationary: (9, 9) prior covariance of the platform's errors.
             motion: motion model of the robots.
         """
         if self.late or self._found:

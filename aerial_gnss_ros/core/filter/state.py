@@ -69,8 +69,8 @@ class JointState(StateArrays):
 
         Args:
             seconds: length of the step, s.
-            keep: (7,) `PlatformModel.decay` of this time.
-            stationary: (7, 7) stationary covariance.
+            keep: (9,) `PlatformModel.decay` of this time.
+            stationary: (9, 9) stationary covariance.
             motion: motion model of the robots.
         """
         if seconds <= 0.0:
@@ -178,10 +178,10 @@ class JointState(StateArrays):
 
         Args:
             factor: f, of the variance of the noise, above 1.
-            platform: (7, 7) prior covariance of the platform's errors, except the latency, of which
+            platform: (9, 9) prior covariance of the platform's errors, except the latency, of which
                 boxes tell nothing here.
             speed: one sigma of robots' unknown velocities, each axis, m/s; (n,) or of all.
-            wider: (7,) factor g of that prior covariance from now on, at most f; or of all.
+            wider: (9,) factor g of that prior covariance from now on, at most f; or of all.
         """
         P, variances = self.covariance, np.zeros((len(self), 4))
         variances[:, 2:] = np.square(np.broadcast_to(speed, (len(self),)))[:, None]
@@ -207,10 +207,10 @@ class JointState(StateArrays):
 
         Args:
             factor: by which the information that is not the prior's is divided, at least 1.
-            platform: (7, 7) prior covariance of the platform's errors.
+            platform: (9, 9) prior covariance of the platform's errors.
 
         Returns:
-            (7,) by what their mean changes, (7, 7) and their covariance.
+            (9,) by what their mean changes, (9, 9) and their covariance.
         """
         if factor <= 1.0:
             return np.zeros(COUNT), np.zeros((COUNT, COUNT))
@@ -230,7 +230,7 @@ class JointState(StateArrays):
 
         Args:
             slots: (m,) indices of these robots in `rows`.
-            platform: (7, 7) new covariance of the platform's errors, except the latency's.
+            platform: (9, 9) new covariance of the platform's errors, except the latency's.
             speed: one sigma of these robots' unknown velocities, each axis, m/s.
         """
         self.mean[:LATENCY] = 0.0
@@ -261,7 +261,7 @@ class JointState(StateArrays):
         """Let robots' errors change by the platform's: P = L P L', L the identity and `change`.
 
         Args:
-            change: (k, 4, 7) of the first k robots' states by the platform's errors.
+            change: (k, 4, 9) of the first k robots' states by the platform's errors.
         """
         flat, P = change.reshape(-1, COUNT), self.covariance
         end = COUNT + len(flat)

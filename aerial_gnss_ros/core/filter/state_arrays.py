@@ -34,8 +34,8 @@ class StateArrays:
     """The platform's errors and robots together.
 
     Attributes:
-        mean: (7 + 4 n,).
-        covariance: (7 + 4 n, 7 + 4 n).
+        mean: (9 + 4 n,).
+        covariance: (9 + 4 n, 9 + 4 n).
         rows: (n,) rows of these robots in the track table.
         ids: (n,) permanent numbers of the robots: rows change when robots are dropped.
         sway: (n,) 1 where a robot's last two numbers are no velocity but add to its place, see
@@ -47,7 +47,7 @@ class StateArrays:
         by_pose: (k, 4, 6) `state_jacobian` to which the covariance of the first k robots refers,
             see `linearization`; later ones are new.
         camera: (3,) camera position of that, m; NaN at first.
-        by_errors: (6, 7) `pose_by_errors` of that time.
+        by_errors: (6, 9) `pose_by_errors` of that time.
         view: the image of that time.
     """
 
@@ -55,7 +55,7 @@ class StateArrays:
         """Start without robots.
 
         Args:
-            covariance: (7, 7) of the platform's errors.
+            covariance: (9, 9) of the platform's errors.
             rotation_fault: of the camera, shared with other blocks.
         """
         self.mean = np.zeros(COUNT)
@@ -112,7 +112,7 @@ class StateArrays:
     def positions(self) -> tuple[Array, Array, Array]:
         """Return views of the robots' positions (n, 2) and covariances.
 
-        Their covariances (n, 2, 2), and those with the platform's errors (n, 2, 7).
+        Their covariances (n, 2, 2), and those with the platform's errors (n, 2, 9).
         """
         n, P = len(self.rows), self.covariance
         own = P[COUNT:, COUNT:].reshape(n, 4, n, 4).diagonal(axis1=0, axis2=2).transpose(2, 0, 1)
@@ -133,7 +133,7 @@ class StateArrays:
         Args:
             rows: (m,) their numbers.
             positions: (m, 2) by the present estimate of the platform's errors, m.
-            by_platform: (m, 2, 7) derivatives of these by the platform's errors.
+            by_platform: (m, 2, 9) derivatives of these by the platform's errors.
             white: (m, 2, 2) white covariance of the positions, m².
             speed: one sigma of the unknown velocity, each axis, m/s.
             own: (2, m) accelerations and speed sigmas of their classes, NaN for the defaults.
@@ -155,7 +155,7 @@ class StateArrays:
         Args:
             rows: (m,) their numbers.
             state: (m, 4) their means by the present estimate of the platform's errors, m, m/s.
-            by_platform: (m, 4, 7) derivatives of these by the platform's errors.
+            by_platform: (m, 4, 9) derivatives of these by the platform's errors.
             own: (m, 4, 4) their covariances given the platform's errors.
         """
         m, old = len(rows), len(self.mean)

@@ -62,7 +62,7 @@ class CommonShare:
 
         Args:
             law: what the filter, which assumes `share`, knows of all drones' errors.
-            stationary: (7, 7) prior covariance of each drone's errors.
+            stationary: (9, 9) prior covariance of each drone's errors.
         """
         return self._mixture(law, stationary)[0]
 
@@ -71,7 +71,7 @@ class CommonShare:
 
         Args:
             law: what the filter, which assumes `share`, knows of all drones' errors and of robots.
-            stationary: (7, 7) prior covariance of each drone's errors.
+            stationary: (9, 9) prior covariance of each drone's errors.
         """
         exact = any(one[axis, axis] <= 0.0 for one in stationary for axis in (0, 1))
         if not len(self.shares) or len(stationary) < 2 or exact:

@@ -36,11 +36,11 @@ class Drone:
         name: likewise.
         references: objects of known position that its configuration states.
         model: of its errors.
-        stationary: (7, 7) prior covariance of its errors, by its last fix.
+        stationary: (9, 9) prior covariance of its errors, by its last fix.
         agreement: of its boxes with the other drones.
         fault: what is wrong with it, beyond the errors that it states; None: nothing known.
         suspected: whether it, or another one, is probably wrong, and which is not known.
-        assumed: (7,) errors from which the filter begins: where a fault was found.
+        assumed: (9,) errors from which the filter begins: where a fault was found.
         last: its last sighting; None at first.
         view: the camera of that.
     """
@@ -64,15 +64,14 @@ class Drone:
         self.stationary = stated + np.diag(self.fault.variances) if self.fault else stated
 
     def _with_clock(self, stationary: Array) -> Array:
-        """Return a prior covariance (7, 7) with the clock's variance (see `clocks`)."""
+        """Return a prior covariance (9, 9) with the clock's variance (see `clocks`)."""
         found = stationary.copy()
         found[LATENCY, LATENCY] = self._clock_s**2
         return found
 
     def decay(self, seconds: float) -> Array:
-        """Return the factors (7,) by which its errors decay until the next scene."""
-        turned_rad = self._motion.take_turn() if seconds > 0.0 else 0.0
-        return self.model.decay(seconds, turned_rad=turned_rad)
+        """Return the factors (9,) by which its errors decay until the next scene."""
+        return self.model.decay(seconds)
 
     def jumped(self, seen: Sighting) -> bool:
         """Return whether the drone has come to believe a jump of its receiver."""
@@ -108,7 +107,7 @@ class Drone:
         """Return the probabilities (m,) that robots are well inside its last image.
 
         Args:
-            errors: (7,) of the drone.
+            errors: (9,) of the drone.
             places: (m, 2) of the robots, East, North, m.
             spreads: (m, 2, 2) covariances of these, m².
         """

@@ -24,7 +24,7 @@ class DroneBlocks:
     """Which drone is active, and what is known of all.
 
     Args:
-        stationary: (7, 7) prior covariance of each drone's errors.
+        stationary: (9, 9) prior covariance of each drone's errors.
         share: prior share of the receivers' variance that is common to all drones.
 
     Attributes:
@@ -45,19 +45,19 @@ class DroneBlocks:
         self.joint.covariance[:] = active
 
     def platform(self, drone: int) -> tuple[Array, Array]:
-        """Return a drone's errors (7,) and their covariance (7, 7)."""
+        """Return a drone's errors (9,) and their covariance (9, 9)."""
         if drone == self.active:
             return self.joint.mean[:COUNT].copy(), self.joint.covariance[:COUNT, :COUNT].copy()
         own = self._place(drone)
         return self._mean[own].copy(), self._own[own, own].copy()
 
     def assume(self, drone: int, errors: Array) -> None:
-        """Set a drone's errors (7,) at the beginning, for derivatives near the truth."""
+        """Set a drone's errors (9,) at the beginning, for derivatives near the truth."""
         self.activate(drone)
         self.joint.mean[:COUNT] = errors
 
     def platforms(self) -> tuple[Array, Array]:
-        """Return all drones' errors (7 N,) and their covariance, in the drones' order."""
+        """Return all drones' errors (9 N,) and their covariance, in the drones' order."""
         mean, every = np.concatenate([self.joint.mean[:COUNT], self._mean]), self._in_order()
         return mean[every], self._errors()[np.ix_(every, every)]
 
@@ -71,20 +71,20 @@ class DroneBlocks:
         return mean, _symmetric(P, with_robots[:, every].T, robots)
 
     def _errors(self) -> Array:
-        """Return the covariance of the active drone's errors and those of the others (7 N, 7 N)."""
+        """Return the covariance of the active drone's errors and those of the others (9 N, 9 N)."""
         return _symmetric(self.joint.covariance[:COUNT, :COUNT], self._cross[:COUNT], self._own)
 
     def _in_order(self) -> Indices:
-        """Return where in (active drone, other drones) each error (7 N,) is, by drones' order."""
+        """Return where in (active drone, other drones) each error (9 N,) is, by drones' order."""
         places = np.argsort([self.active, *self._others])
         every: Indices = (COUNT * places[:, None] + np.arange(COUNT)).ravel()
         return every
 
     def prior(self, stationary: list[Array]) -> Array:
-        """Return the prior covariance of all drones' errors (7 N, 7 N), in the drones' order.
+        """Return the prior covariance of all drones' errors (9 N, 9 N), in the drones' order.
 
         Args:
-            stationary: (7, 7) of each drone.
+            stationary: (9, 9) of each drone.
         """
         return joint_prior(stationary, self._share)
 
@@ -125,7 +125,7 @@ class DroneBlocks:
         by the others, and an error could become less certain than it is before any image.
 
         Args:
-            stationary: (7, 7) prior covariance of each drone's errors.
+            stationary: (9, 9) prior covariance of each drone's errors.
         """
         joint = self.joint
         factor = joint.manoeuvre_noise.take_underestimated()
@@ -190,7 +190,7 @@ class DroneBlocks:
 
         Args:
             drone: its number.
-            stationary: (7, 7) prior covariance of each drone's errors.
+            stationary: (9, 9) prior covariance of each drone's errors.
         """
         self.activate(drone)
         active, between, own = self._prior(stationary)

@@ -77,7 +77,7 @@ class Fault:
 
     @property
     def variances(self) -> Array:
-        """(7,) variances that it adds to those that the drone states."""
+        """(9,) variances that it adds to those that the drone states."""
         found = np.zeros(COUNT)
         found[self.columns] = self.sigma**2
         return found
@@ -153,7 +153,7 @@ def suspicions(state: SharedState, stationary: list[Array]) -> list[Suspicion]:
 
     Args:
         state: the filter.
-        stationary: (7, 7) covariance of each drone's errors that it used.
+        stationary: (9, 9) covariance of each drone's errors that it used.
     """
     mean, covariance = state.platforms()
     prior = state.prior(stationary)

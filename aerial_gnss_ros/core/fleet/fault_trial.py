@@ -53,7 +53,7 @@ class Agreed:
     Attributes:
         log_likelihood: of the best matching, with what the unmatched robots say, nats.
         pairs: of it, rows in both images.
-        errors: (14,) the drones' errors by it.
+        errors: (18,) the drones' errors by it.
     """
 
     log_likelihood: float
@@ -67,7 +67,7 @@ class Trial:
 
     Attributes:
         suspicion: the fault with its likelihood ratio to none.
-        errors: (7,) the drone's errors by it.
+        errors: (9,) the drone's errors by it.
         matched: its robots with those of other drones: its own label, number and label of the
             other.
     """
@@ -85,7 +85,7 @@ def trials(snapshots: dict[int, Snapshot], stationary: list[Array], speed: float
 
     Args:
         snapshots: by number of the drone.
-        stationary: (7, 7) covariance of each drone's errors as it states them.
+        stationary: (9, 9) covariance of each drone's errors as it states them.
         speed: one sigma of a robot's velocity, each axis, m/s.
     """
     found = []
@@ -114,7 +114,7 @@ def _by_likelihood(one: Agreed) -> float:
 
 
 def _starts(fault: Fault) -> list[Array]:
-    """Return errors (14,) at which matchings are sought: rotations are far from linear."""
+    """Return errors (18,) at which matchings are sought: rotations are far from linear."""
     angles = [0.0]
     if fault.sensor == "compass":
         every = np.arange(-math.pi, math.pi - 1e-9, TUNING.compass_step)
@@ -151,14 +151,14 @@ class _PairOfImages:
         self._moved = between**2 * np.eye(2)
 
     def best(self, prior: Array, starts: list[Array]) -> Agreed:
-        """Return how they agree best, sought at some errors (14,) of the drones."""
+        """Return how they agree best, sought at some errors (18,) of the drones."""
         first = [self.agreed(prior, start, 1) for start in starts]
         order = np.argsort([-one.log_likelihood for one in first], kind="stable")
         followed = [starts[k] for k in order[: TUNING.followed]]
         return max((self.agreed(prior, start) for start in followed), key=_by_likelihood)
 
     def agreed(self, prior: Array, start: Array | None = None, steps: int = TUNING.steps) -> Agreed:
-        """Return how they agree if the drones' errors have a prior (14, 14)."""
+        """Return how they agree if the drones' errors have a prior (18, 18)."""
         at = np.zeros(2 * COUNT) if start is None else start
         found = Agreed(-math.inf, (), at)
         for _ in range(steps):
@@ -177,7 +177,7 @@ class _PairOfImages:
         return found
 
     def _linear(self, first: Placed, second: Placed, at: Array, prior: Array) -> Agreed:
-        """Return how they agree by places and derivatives at some errors (14,)."""
+        """Return how they agree by places and derivatives at some errors (18,)."""
         m, count = len(first.places), len(first.places) + len(second.places)
         by_errors = np.zeros((count, 2, 2 * COUNT))
         by_errors[:m, :, :COUNT], by_errors[m:, :, COUNT:] = first.by_errors, second.by_errors
@@ -206,12 +206,12 @@ def _nearest(places: Array, middle: Array, most: int) -> NDArray[np.intp]:
 
 
 def _posterior(candidates: Candidates, by_errors: Array, prior: Array, pairs: Pairs) -> Array:
-    """Return the errors (14,) by which pairs come closest.
+    """Return the errors (18,) by which pairs come closest.
 
     Args:
         candidates: of which the pairs are some.
-        by_errors: (m + n, 2, 14) derivatives of the robots' places.
-        prior: (14, 14) of the errors.
+        by_errors: (m + n, 2, 18) derivatives of the robots' places.
+        prior: (18, 18) of the errors.
         pairs: of rows in the two sets.
     """
     if not pairs:

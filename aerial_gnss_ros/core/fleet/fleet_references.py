@@ -69,7 +69,7 @@ class FleetSource:
 
     @property
     def stationary(self) -> Array:
-        """(7 N, 7 N) covariance of all errors when nothing is known."""
+        """(9 N, 9 N) covariance of all errors when nothing is known."""
         return self.state.prior([one.stationary for one in self._drones])
 
     @property
@@ -81,7 +81,7 @@ class FleetSource:
         )
 
     def decay(self, seconds: float) -> Array:
-        """Return the factors (7 N,) by which the errors decay over a time."""
+        """Return the factors (9 N,) by which the errors decay over a time."""
         return np.concatenate([one.model.decay(seconds) for one in self._drones])
 
     def final(self, law: PositionLaw) -> PositionLaw:

@@ -70,7 +70,7 @@ class FleetPublication:
         """Return robots and drones' errors at the time of a sighting.
 
         Returns:
-            The robots that have a name; the errors (7 N,) of all drones; their covariance.
+            The robots that have a name; the errors (9 N,) of all drones; their covariance.
         """
         table, stamp_ns = self._table, seen.pose.stamp_ns
         joint, robots = table.state.joint, table.robots
@@ -127,13 +127,14 @@ def platform_errors(drones: list[Drone], errors: Array, spread: Array) -> tuple[
 
     Args:
         drones: N of them, by number.
-        errors: (7 N,) in their order.
-        spread: (7 N, 7 N) covariance of these.
+        errors: (9 N,) in their order.
+        spread: (9 N, 9 N) covariance of these.
     """
     found = list[PlatformError]()
     for number, one in enumerate(drones):
         own = slice(COUNT * number, COUNT * number + COUNT)
-        for error in named_errors(errors[own], spread[own, own]):
+        axes = None if one.view is None else one.view.axes
+        for error in named_errors(errors[own], spread[own, own], axes):
             name = f"{one.name} {_NAMES.get(error.name, error.name)}"
             found.append(replace(error, name=name) if len(drones) > 1 else error)
     return tuple(found)

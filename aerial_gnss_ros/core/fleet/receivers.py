@@ -32,10 +32,10 @@ def common_variance(one: Array, other: Array, share: float) -> float:
 
 
 def joint_prior(stationary: list[Array], share: float) -> Array:
-    """Return the prior covariance of several drones' errors (7 N, 7 N).
+    """Return the prior covariance of several drones' errors (9 N, 9 N).
 
     Args:
-        stationary: (7, 7) of each drone.
+        stationary: (9, 9) of each drone.
         share: part of the receivers' variance that is common.
     """
     whole = np.zeros((COUNT * len(stationary), COUNT * len(stationary)))

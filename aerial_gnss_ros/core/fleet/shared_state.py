@@ -38,7 +38,7 @@ class Base:
 
     Attributes:
         camera: (3,) position, m; NaN at first.
-        by_errors: (6, 7) derivative of the pose by the drone's errors.
+        by_errors: (6, 9) derivative of the pose by the drone's errors.
     """
 
     camera: Array
@@ -49,7 +49,7 @@ class SharedState(DroneBlocks):
     """Platform errors of several drones, and robots.
 
     Args:
-        stationary: (7, 7) prior covariance of each drone's errors.
+        stationary: (9, 9) prior covariance of each drone's errors.
         share: prior share of the receivers' variance that is common to all drones.
 
     Attributes:
@@ -75,8 +75,8 @@ class SharedState(DroneBlocks):
 
         Args:
             seconds: length of the step, s.
-            keep: (7,) of each drone, `PlatformModel.decay` of this time.
-            stationary: (7, 7) of each drone.
+            keep: (9,) of each drone, `PlatformModel.decay` of this time.
+            stationary: (9, 9) of each drone.
             motion: motion model of the robots.
         """
         if seconds <= 0.0:

@@ -26,7 +26,7 @@ class Placed:
 
     Attributes:
         places: (m, 2) East, North, m, at these errors.
-        by_errors: (m, 2, 7) derivatives.
+        by_errors: (m, 2, 9) derivatives.
         white: (m, 2, 2) covariances that white noise causes, m².
     """
 
@@ -60,7 +60,7 @@ class Snapshot:
         self._rays = seen.camera.rays(seen.pixels[boxes])[0] @ FLU_FROM_OPTICAL.T
 
     def placed(self, errors: Array) -> Placed:
-        """Return the robots for errors (7,) of the drone."""
+        """Return the robots for errors (9,) of the drone."""
         view, pose = self._view, self._view.pose(errors)
         places = on_water(pose, self._rays @ pose.rotation.T)
         points = on_water_surface(places)

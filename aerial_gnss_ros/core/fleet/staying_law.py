@@ -87,7 +87,7 @@ class StayingState(SharedState):
         self.inherit(swimming, slot)
 
     def known_errors(self) -> tuple[Array, Array]:
-        """Return robots' covariance with all drones' errors (4 n, 7 N), and that of these."""
+        """Return robots' covariance with all drones' errors (4 n, 9 N), and that of these."""
         with_active = self.joint.covariance[COUNT:, :COUNT]
         return np.concatenate([with_active, self._cross[COUNT:]], axis=1), self._errors()
 
@@ -157,7 +157,7 @@ class StayingLaw(MooredLaw):
         return given_errors(own, states[:, :2] + sway * states[:, 2:], errors)
 
     def jointly_published(self) -> tuple[Array, Array]:
-        """Return all that is published (7 N + 4 n,), all drones' errors first, and its covariance.
+        """Return all that is published (9 N + 4 n,), all drones' errors first, and its covariance.
 
         See `MooredLaw`.
         """

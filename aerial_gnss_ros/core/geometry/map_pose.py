@@ -43,12 +43,6 @@ class MapPose:
         turned: Array = self.rotation @ FLU_FROM_OPTICAL
         return turned
 
-    def corrected(self, errors: Array, axes: Array) -> MapPose:
-        """Return the pose corrected by the platform's errors (6,) or more.
-
-        Args:
-            errors: East, North, height (m), roll, pitch, heading (rad).
-            axes: (3, 3) of the last three, see `gimbal.error_axes`.
-        """
-        turn = rotation_matrix(axes @ errors[3:6])
-        return MapPose(self.position + errors[:3], turn @ self.rotation)
+    def corrected(self, change: Array) -> MapPose:
+        """Return the pose changed by (6,): a shift, m, and a rotation vector, rad, in `map`."""
+        return MapPose(self.position + change[:3], rotation_matrix(change[3:]) @ self.rotation)

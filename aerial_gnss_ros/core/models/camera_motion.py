@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix, rotation_vector
 from aerial_gnss_ros.core.models.usual_step import UsualStep
@@ -39,8 +38,6 @@ class CameraMotionTuning:
     deg/s from one image to the next, but not at 200. From recorded DJI flights."""
     climb_mps: float = 10.0
     """Greatest climb rate of a drone, m/s. Judged: twice that of consumer drones."""
-    backlash_rad: float = 0.1
-    """Turn to either side that does not count, rad: noise of the heading, and sway. Judged."""
     first_climb_m: float = 1.0
     """Usual step of the height before the first, m. Judged."""
 
@@ -71,8 +68,6 @@ class CameraMotion:
         self._height: float | None = None
         self._lasted_s = 0.0
         self._shown: list[tuple[Array, float]] = []  # measured rotations; s since the previous one
-        self._azimuth: float | None = None
-        self._turned = 0.0
 
     def predicted_position(self, seconds: float) -> Array | None:
         """Return the predicted position (3,), None without a recent past."""
@@ -85,11 +80,6 @@ class CameraMotion:
         """Move to positions (3,) m away: the receiver jumped, not the drone."""
         if self._pose is not None:
             self._pose = MapPose(self._pose.position + jump, self._pose.rotation)
-
-    def take_turn(self) -> float:
-        """Return by how much the camera has turned about the vertical since the last call, rad."""
-        turned, self._turned = self._turned, 0.0
-        return turned
 
     def restart(self, measured: MapPose) -> MapPose:
         """Continue from a pose at another time after a latency correction; rates are kept."""
@@ -109,7 +99,6 @@ class CameraMotion:
             self._pose, self._lasted_s = measured, 0.0
             self.velocity, self.turn_rate, self.rates = np.zeros(3), np.zeros(3), np.zeros(6)
             self._shown = [(measured.rotation, 0.0)]
-            self._count_turn(measured.rotation)
             return measured
         self._lasted_s += seconds
         alpha, beta = self._gains(seconds)
@@ -120,7 +109,6 @@ class CameraMotion:
         turn = rotation_vector(measured.rotation @ expected.rotation.T)
         if math.sqrt(turn @ turn) > farthest and self._jumps(measured, seconds):
             expected, turn = MapPose(expected.position, measured.rotation), np.zeros(3)
-        self._count_turn(measured.rotation)
         self._shown = [*self._shown[-1:], (measured.rotation, seconds)]
         self._pose = MapPose(
             expected.position + alpha * shift, rotation_matrix(alpha * turn) @ expected.rotation
@@ -129,18 +117,6 @@ class CameraMotion:
         self.turn_rate = self.turn_rate + (beta / seconds) * turn
         self.rates = np.concatenate([self.velocity, self.turn_rate])
         return expected
-
-    def _count_turn(self, rotation: Array) -> None:
-        """Count what a camera has turned, with backlash; a jump is no turn."""
-        forward = error_axes(rotation)[:, 0]
-        azimuth = math.atan2(forward[1], forward[0])
-        if self._azimuth is None or self.jump is not None:
-            self._azimuth = azimuth
-            return
-        turn = math.remainder(azimuth - self._azimuth, 2.0 * math.pi)
-        beyond = max(abs(turn) - TUNING.backlash_rad, 0.0)
-        self._turned += beyond
-        self._azimuth += math.copysign(beyond, turn)
 
     def _climb(self, height: float, seconds: float) -> None:
         """Update with a height, m, some seconds after the previous one."""

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M
 from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
+from aerial_gnss_ros.core.models.platform_model import ANGLES, COUNT, DEVIATION, LATENCY
 from aerial_gnss_ros.core.numerics.small_arrays import MAX_ROWS, Rows, rowwise
 
 Array = NDArray[np.float64]
@@ -97,14 +98,15 @@ def state_jacobian(states: Rows) -> list[tuple[Any, ...]]:
 
 
 def pose_by_errors(axes: Array, rates: Array) -> Array:
-    """Return the derivatives (6, 7) of the pose by the platform's errors.
+    """Return the derivatives (6, 9) of the pose by the platform's errors.
 
     Args:
         axes: (3, 3) of roll, pitch, heading.
         rates: (6,) of the pose: m/s and rad/s. A latency of 1 s more means a pose 1 s earlier.
     """
-    by_errors = np.zeros((POSE_COUNT, 7))
+    by_errors = np.zeros((POSE_COUNT, COUNT))
     by_errors[0, 0] = by_errors[1, 1] = by_errors[2, 2] = 1.0
-    by_errors[3:, 3:6] = axes
-    by_errors[:, 6] = -rates
+    by_errors[3:, ANGLES] = axes
+    by_errors[5, DEVIATION] = axes[:2, 0]
+    by_errors[:, LATENCY] = -rates
     return by_errors

@@ -7,8 +7,9 @@ inverse chi-square prior of its variance an error has Student's t distribution, 
 `wider` times the stated one. How quickly it drifts stays as stated, so a larger error also lasts
 longer, as one of the mounting does. The receiver's offset is as large as its fix says.
 
-A compass on board deviates by the drone's iron, differently on each heading (B sin + C cos of a
-mariner's deviation table). So the heading's error changes as the camera turns, too.
+A compass on board deviates by the drone's iron, differently on each heading: by B sin + C cos of it
+(coefficients of a mariner's deviation table). B and C are errors of their own, `DEVIATION`, so that
+a heading's error is learnt again where the camera has turned. They are in no parameter.
 """
 
 from __future__ import annotations
@@ -27,9 +28,13 @@ from aerial_gnss_ros.core.values.estimates import PlatformError
 
 Array = NDArray[np.float64]
 
-PLATFORM = ("gnss_east", "gnss_north", "height", "roll", "pitch", "heading", "latency")
-"""Corrections to measured values: m, m, m, rad, rad, rad, s. The angles rotate the camera about the
-axes of `gimbal.error_axes`; a latency is added to `camera.latency_s`."""
+PLATFORM = (
+    "gnss_east", "gnss_north", "height", "roll", "pitch", "heading",
+    "deviation_east", "deviation_north", "latency",
+)  # fmt: skip
+"""Corrections to measured values: m, m, m, rad, rad, rad, rad, rad, s. The angles rotate the camera
+about the axes of `gimbal.error_axes`; deviations do so about the vertical, by sine and cosine of
+its azimuth; a latency is added to `camera.latency_s`."""
 
 COUNT = len(PLATFORM)
 HEIGHT, LATENCY = PLATFORM.index("height"), PLATFORM.index("latency")
@@ -37,16 +42,37 @@ GNSS = slice(0, 2)
 """East and North of the receiver's offset."""
 HEADING = PLATFORM.index("heading")
 ANGLES = slice(PLATFORM.index("roll"), HEADING + 1)
+DEVIATION = slice(ANGLES.stop, LATENCY)
+SLOW = slice(ANGLES.stop)
+"""Errors of the pose that are stated: all before the deviation."""
+PUBLISHED = (*PLATFORM[SLOW], PLATFORM[LATENCY])
+"""Errors under whose names something is published: the heading contains the deviation there."""
 
 
-def named_errors(mean: Array, covariance: Array) -> tuple[PlatformError, ...]:
-    """Return the errors (7,) with sigmas of their covariance (7, 7) by name, without disabled ones.
+def at_azimuth(mean: Array, covariance: Array, axes: Array | None) -> tuple[Array, Array]:
+    """Return the errors (9,) of `PUBLISHED` and their covariance (9, 9) for a camera.
+
+    Args:
+        mean: (9,) of `PLATFORM`.
+        covariance: (9, 9) of it.
+        axes: (3, 3) of roll, pitch and heading errors of the camera, see `gimbal.error_axes`; None:
+            no image has come yet.
+    """
+    through = np.delete(np.eye(COUNT), DEVIATION, axis=0)
+    if axes is not None:
+        through[HEADING, DEVIATION] = axes[:2, 0]
+    return through @ mean, through @ covariance @ through.T
+
+
+def named_errors(mean: Array, covariance: Array, axes: Array | None) -> tuple[PlatformError, ...]:
+    """Return the errors with their sigmas by name, see `at_azimuth`, without disabled ones.
 
     A sigma of 0 means that the error is not estimated.
     """
+    mean, covariance = at_azimuth(mean, covariance, axes)
     variances = covariance.diagonal().tolist()
     found: list[PlatformError] = []
-    for name, value, variance in zip(PLATFORM, mean.tolist(), variances, strict=True):
+    for name, value, variance in zip(PUBLISHED, mean.tolist(), variances, strict=True):
         if variance > 0.0:
             found.append(PlatformError(name, value, math.sqrt(variance)))
     return tuple(found)
@@ -61,9 +87,9 @@ class PlatformModelTuning:
     size_degrees: float = 5.0
     """Degrees of freedom of the prior of the variances of height and angles: one flight in 50 has
     errors 2.6 times as large as stated. Judged: with 4 a real flight's swimmers exchange labels."""
-    deviates_rad: float = 4.0
-    """Turn within which the heading's error changes as within its correlation time, rad. Judged:
-    so 5 deg of deviation by the drone's own iron are contained, with 16 rad they are not."""
+    deviates: float = 1.0 / 3.0
+    """Sigma of each coefficient of the compass's deviation over the heading's stated one. Judged:
+    0.5 deg, as of a compass that was swung; larger ones are learnt where the camera turns."""
 
 
 TUNING = PlatformModelTuning()
@@ -79,11 +105,11 @@ class PlatformModel:
 
     Attributes:
         correlation_time_s: stated, of all of them; 0 means white from image to image.
-        wider: (7,) variances over the stated ones.
+        wider: (9,) variances over the stated ones.
         white: (6,) variances of the pose's white noise: East, North, height (m²), and rotation
             about East, North, Up (rad²).
         pixel: variance of a box's centre, each axis, px².
-        nominal: (7, 7) prior covariance of the errors.
+        nominal: (9, 9) prior covariance of the errors.
     """
 
     def __init__(self, noise: Noise, reference: Reference | str, exact: bool = False) -> None:
@@ -91,11 +117,12 @@ class PlatformModel:
         gnss = noise.value("gnss_offset_m")
         sigma = [gnss, gnss, noise.value("height_m")]
         sigma += [math.radians(noise.value(name)) for name in degrees]
-        sigma += [noise.value("latency_s")]
+        deviates = 0.0 if exact else TUNING.deviates * sigma[HEADING]
+        sigma += [deviates, deviates, noise.value("latency_s")]
         self.wider: Array = np.ones(COUNT)
-        self._exact = exact
         if not exact:
-            self.wider[HEIGHT:LATENCY] = TUNING.size_degrees / (TUNING.size_degrees - 2.0)
+            of_size = TUNING.size_degrees / (TUNING.size_degrees - 2.0)
+            self.wider[HEIGHT] = self.wider[ANGLES] = of_size
         self.nominal: Array = np.diag(self.wider * np.square(sigma))
         self.correlation_time_s = noise.value("correlation_time_s")
         level = noise.value("gnss_white_m") ** 2
@@ -104,7 +131,7 @@ class PlatformModel:
         self.pixel = noise.value("box_center_px") ** 2
 
     def stationary(self, fix_covariance: Array | None) -> Array:
-        """Return the (7, 7) prior covariance of the errors.
+        """Return the (9, 9) prior covariance of the errors.
 
         Args:
             fix_covariance: (2, 2) East, North of the fix itself, in place of the configured one.
@@ -115,21 +142,22 @@ class PlatformModel:
         covariance[:2, :2] = fix_covariance
         return covariance
 
-    def decay(
-        self, seconds: float, correlation_time_s: float | None = None, turned_rad: float = 0.0
-    ) -> Array:
-        """Return the factors (7,) by which the errors decay over a time.
+    def stated(self, stationary: Array) -> Array:
+        """Return what of a prior covariance (9, 9) was stated: no deviation, nothing wider."""
+        covariance = stationary / self.wider
+        covariance[DEVIATION] = 0.0
+        return covariance
+
+    def decay(self, seconds: float, correlation_time_s: float | None = None) -> Array:
+        """Return the factors (9,) by which the errors decay over a time.
 
         Args:
             seconds: length of that time, s.
             correlation_time_s: another one than `self.correlation_time_s`.
-            turned_rad: turn of the camera about the vertical meanwhile, rad.
         """
         kept = np.zeros(COUNT)
         lasts_s = self.correlation_time_s if correlation_time_s is None else correlation_time_s
         if lasts_s > 0.0:
             kept[:] = np.exp(-seconds / (self.wider * lasts_s))
-        if not self._exact:
-            kept[HEADING] *= math.exp(-turned_rad / (self.wider[HEADING] * TUNING.deviates_rad))
-        kept[-1] = math.exp(-seconds / TUNING.latency_time_s)
+        kept[LATENCY] = math.exp(-seconds / TUNING.latency_time_s)
         return kept

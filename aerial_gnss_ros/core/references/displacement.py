@@ -59,8 +59,8 @@ class Glimpse:
         rows: label of each, with its row in the two above.
         expected: where the box of each reference should be, m.
         receivers: (2 N,) variances of the receivers' offsets, m².
-        by_errors: (n, 2, 7 N) derivatives of the places by the platforms' errors (regression).
-        errors: (7 N, 7 N) covariance of these.
+        by_errors: (n, 2, 9 N) derivatives of the places by the platforms' errors (regression).
+        errors: (9 N, 9 N) covariance of these.
     """
 
     stamp_ns: int
@@ -191,7 +191,7 @@ def _receivers_drift(then: Glimpse, now: Glimpse, source: Source) -> float:
 
 
 def _by_errors(law: PositionLaw) -> Array:
-    """Return derivatives (n, 2, 7 N) of a law's robots by the platforms' errors (regression)."""
+    """Return derivatives (n, 2, 9 N) of a law's robots by the platforms' errors (regression)."""
     first = law.errors
     cross = law.covariance[first:, :first].reshape(-1, 4, first)[:, :2]
     found: Array = cross @ inverse_of_errors(law.covariance[:first, :first])

@@ -26,7 +26,7 @@ class PlatformKnowledge:
     """Some linear functions of the platform's errors, with their values.
 
     Attributes:
-        by_errors: (m, 7 N) derivatives by the errors of N drones.
+        by_errors: (m, 9 N) derivatives by the errors of N drones.
         value: (m,) m.
         spread: (m, m) covariance of the values, m².
     """
@@ -42,8 +42,8 @@ class PlatformKnowledge:
         now, and a rest that is independent of these.
 
         Args:
-            keep: (7 N,) factors by which their old values still count.
-            stationary: (7 N, 7 N) their covariance when nothing is known of them.
+            keep: (9 N,) factors by which their old values still count.
+            stationary: (9 N, 9 N) their covariance when nothing is known of them.
         """
         drift = (1.0 - np.outer(keep, keep)) * stationary
         spread = self.spread + self.by_errors @ drift @ self.by_errors.T
@@ -56,8 +56,8 @@ class PositionLaw:
 
     Attributes:
         rows: (n,) which robots of the whole program these are.
-        mean: (7 N + 4 n,) of the platforms' errors and robots, see `StateArrays`.
-        covariance: (7 N + 4 n, 7 N + 4 n).
+        mean: (9 N + 4 n,) of the platforms' errors and robots, see `StateArrays`.
+        covariance: (9 N + 4 n, 9 N + 4 n).
     """
 
     rows: Indices
@@ -71,7 +71,7 @@ class PositionLaw:
 
     @property
     def errors(self) -> int:
-        """Number of the platforms' errors, 7 N."""
+        """Number of the platforms' errors, 9 N."""
         return len(self.mean) - 4 * len(self.rows)
 
     @property

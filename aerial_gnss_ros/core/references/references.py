@@ -169,7 +169,7 @@ class References:
     def apply(
         self, tracks: Sequence[NamedTrack], mean: Array, covariance: Array, stamp_ns: int
     ) -> tuple[Array, Array] | None:
-        """Correct robots' states; return platforms' errors (7 N,) and their covariance, or None.
+        """Correct robots' states; return platforms' errors (9 N,) and their covariance, or None.
 
         Args:
             tracks: by row of the filter.

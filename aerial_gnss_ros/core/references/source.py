@@ -24,14 +24,14 @@ class Source(Protocol):
 
     @property
     def stationary(self) -> Array:
-        """(7 N, 7 N) covariance of the platforms' errors when nothing is known of them."""
+        """(9 N, 9 N) covariance of the platforms' errors when nothing is known of them."""
 
     @property
     def believed(self) -> Array:
         """(2 N,) sums of the receivers' jumps that were accepted, m."""
 
     def decay(self, seconds: float) -> Array:
-        """Return the factors (7 N,) by which the errors decay over a time."""
+        """Return the factors (9 N,) by which the errors decay over a time."""
 
     def final(self, law: PositionLaw) -> PositionLaw:
         """Return a law, maybe corrected by references, with what else is to be said of it."""
@@ -54,7 +54,7 @@ class FilterSource:
 
     @property
     def stationary(self) -> Array:
-        """(7, 7) covariance of the errors when nothing is known."""
+        """(9, 9) covariance of the errors when nothing is known."""
         return self._joint.stationary
 
     @property
@@ -63,7 +63,7 @@ class FilterSource:
         return self._joint.trajectory.jumps.believed
 
     def decay(self, seconds: float) -> Array:
-        """Return the factors (7,) by which the errors decay over a time."""
+        """Return the factors (9,) by which the errors decay over a time."""
         return self._joint.model.decay(seconds)
 
     def final(self, law: PositionLaw) -> PositionLaw:

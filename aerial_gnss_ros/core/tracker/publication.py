@@ -48,9 +48,10 @@ def published(
     for row, track in enumerate(table.tracks):
         if track.robot_id and not track.vanished:
             labelled.append((track.robot_id, row))
-    errors = joint.platform
+    errors, view = joint.platform, joint.trajectory.view
+    axes = None if view is None else view.axes
     if not labelled:
-        return (), named_errors(*errors)
+        return (), named_errors(*errors, axes)
     labelled.sort()
     labels, rows = zip(*labelled, strict=True)
     mean, covariance = joint.moments()
@@ -80,7 +81,7 @@ def published(
                 position, velocity, spread, track.last_seen_ns,
             )
         )  # fmt: skip
-    return tuple(estimates), named_errors(*(told or errors))
+    return tuple(estimates), named_errors(*(told or errors), axes)
 
 
 def with_white(

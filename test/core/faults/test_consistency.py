@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
-from aerial_gnss_ros.core.models.platform_model import COUNT, PLATFORM
+from aerial_gnss_ros.core.models.platform_model import PUBLISHED
 
 STATED = np.diag([1.44, 1.44, 0.09, *[math.radians(0.4) ** 2] * 2, math.radians(1.5) ** 2, 0.0])
 
@@ -50,8 +50,8 @@ def test_says_where_the_filter_allows_for_noise_larger_than_stated():
 
 def test_names_an_error_beyond_what_is_stated_until_it_is_credible_again():
     monitor = InnovationMonitor()
-    errors = np.zeros(COUNT)
-    heading = PLATFORM.index("heading")
+    errors = np.zeros(len(PUBLISHED))
+    heading = PUBLISHED.index("heading")
     errors[heading] = math.radians(6.0)  # four times 1.5 deg
     said = monitor.check_platform(errors, STATED)
     assert said is not None
@@ -67,7 +67,7 @@ def test_names_an_error_beyond_what_is_stated_until_it_is_credible_again():
 
 
 def test_several_errors_at_once_are_reported_one_after_the_other():
-    monitor, errors = InnovationMonitor(), np.zeros(COUNT)
+    monitor, errors = InnovationMonitor(), np.zeros(len(PUBLISHED))
     errors[:2] = 9.0
     reported = [monitor.check_platform(errors, STATED) for _ in range(3)]
     assert ["east" in (reported[0] or ""), "north" in (reported[1] or ""), reported[2]] == [

@@ -18,6 +18,7 @@ from aerial_gnss_ros.core.filter import blocks
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.measurement_model import pose_jacobian
 from aerial_gnss_ros.core.models.motion_model import MotionModel
+from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.values.estimates import State
 
 pytestmark = pytest.mark.flights
@@ -196,14 +197,14 @@ def test_one_law_whose_robots_swim_as_a_turn_would_have_it_is_no_turn():
 
 def test_robots_in_sight_are_judged_as_stated_while_another_is_not():
     """The noise of a step in which one robot loses its course allows the others nothing."""
-    joint = JointState(np.eye(7) * 1e-6)
+    joint = JointState(np.eye(COUNT) * 1e-6)
     places = np.array([[0.0, 20.0], [5.0, 22.0], [9.0, 18.0]])
-    joint.add(np.arange(3), places, np.zeros((3, 2, 7)), np.tile(np.eye(2), (3, 1, 1)), 0.75)
+    joint.add(np.arange(3), places, np.zeros((3, 2, COUNT)), np.tile(np.eye(2), (3, 1, 1)), 0.75)
     joint.unseen = np.array([0.0, 0.0, 0.45])
-    noise = SimpleNamespace(decay=lambda _s: np.ones(7))
+    noise = SimpleNamespace(decay=lambda _s: np.ones(COUNT))
     heard = []
     joint.velocity_changes.note_inflation = lambda _slots, variance: heard.append(variance)
-    joint.predict(0.1, noise.decay(0.1), np.eye(7) * 1e-6, MotionModel(0.05, 0.75))
+    joint.predict(0.1, noise.decay(0.1), np.eye(COUNT) * 1e-6, MotionModel(0.05, 0.75))
     assert heard[0] == pytest.approx([0.0, 0.0, 0.75**2 * (1.0 - np.exp(-0.05))], abs=2e-4)
 
 

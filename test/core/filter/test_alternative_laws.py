@@ -11,7 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.filter.alternative_laws import AlternativeLaws
-from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.models.platform_model import COUNT, PlatformModel
 
 
 class Asked:
@@ -46,7 +46,7 @@ def test_while_the_latency_is_unknown_no_correlation_time_is_weighed(laws):
         (False, ["times predict", "moored predict"]),
     ):
         asked = asked_of(laws)
-        laws.predict([SimpleNamespace()], 0.1, np.eye(7), None, late, 0.0)
+        laws.predict([SimpleNamespace()], 0.1, np.eye(COUNT), None, late)
         assert asked == expected
 
 

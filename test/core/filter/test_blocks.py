@@ -65,7 +65,9 @@ def _crowd(size, monkeypatch):
     """
     monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=size))
     groups = StateBlocks()
-    groups.clear(np.diag([1.4, 1.4, 0.1, 1e-4, 1e-4, 7e-4, 0.0]))  # the latency is known
+    groups.clear(
+        np.diag([1.4, 1.4, 0.1, 1e-4, 1e-4, 7e-4, 1e-4, 1e-4, 0.0])
+    )  # the latency is known
     rng = np.random.default_rng(7)
     state, by_platform = rng.normal(size=(5, 4)), rng.normal(size=(5, 4, COUNT))
     state[4, :2] = state[0, :2] + [0.2, -0.1]
@@ -95,14 +97,14 @@ def test_a_robot_takes_over_its_history_from_another_group_as_within_one(monkeyp
     for whole, parted in zip(*found, strict=True):  # as exact as `inverse_of_errors`
         np.testing.assert_allclose(parted, whole, rtol=1e-6, atol=1e-6)
     assert found[0][2] == 4.0
-    assert found[1][1][2, 2] < 0.5 * _crowd(2, monkeypatch).moments()[1][4, 2, 2]
+    assert found[1][1][2, 2] < 0.55 * _crowd(2, monkeypatch).moments()[1][4, 2, 2]
 
 
 def test_a_history_from_another_group_counts_by_the_own_platform(monkeypatch):
     """Where the groups differ on the platform's errors, the robot is where its own group has it."""
     groups = _crowd(2, monkeypatch)
     before, after = groups._groups[0], groups._groups[-1]
-    moved = np.array([0.5, -0.3, 0.1, 0.0, 0.0, 0.01, 0.0])
+    moved = np.array([0.5, -0.3, 0.1, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0])
     by_platform = before.covariance[COUNT : COUNT + 4, :COUNT] / np.where(
         np.diag(before.covariance)[:COUNT], np.diag(before.covariance)[:COUNT], 1.0
     )
@@ -128,7 +130,7 @@ def test_the_old_robot_stays_as_it_is_until_it_is_dropped(monkeypatch):
 def test_given_the_platform_s_errors_only_the_robots_own_part_is_left(heading, monkeypatch):
     monkeypatch.setattr(blocks, "TUNING", replace(blocks.TUNING, block_robots=2))
     groups = StateBlocks()
-    groups.clear(np.diag([4.0, 9.0, 1.0, 0.01, 0.01, heading, 0.0]))
+    groups.clear(np.diag([4.0, 9.0, 1.0, 0.01, 0.01, heading, 0.0, 0.0, 0.0]))
     own = np.array([[[0.4, 0.1], [0.1, 0.9]], [[2.0, 0.0], [0.0, 1.0]], [[0.01, 0.0], [0.0, 0.04]]])
     by_errors = np.random.default_rng(2).normal(size=(3, 2, COUNT))
     for group, rows, taken in groups.allocate(np.arange(3)):

@@ -93,7 +93,11 @@ def test_pairs_far_apart_are_not_compared(axis):
 
 def test_each_pair_together_with_others_is_as_uncertain_as_by_itself():
     rng = np.random.default_rng(3)
-    group, places, by_errors = _group(rng, 3), rng.normal(size=(4, 2)), rng.normal(size=(4, 2, 7))
+    group, places, by_errors = (
+        _group(rng, 3),
+        rng.normal(size=(4, 2)),
+        rng.normal(size=(4, 2, COUNT)),
+    )
     own, white = np.tile(0.1 * np.eye(2), (4, 1, 1)), np.tile(np.diag([0.5, 0.3]), (4, 1, 1))
     pairs = pair_innovations(group, places, by_errors, white, np.inf, np.inf)
     columns = pairs.columns

@@ -14,6 +14,7 @@ from aerial_gnss_ros.core.filter.latency_reappearance import TUNING, Reappearanc
 from aerial_gnss_ros.core.filter.latency_views import EXPECTED, Views
 from aerial_gnss_ros.core.geometry.frames import FLU_FROM_OPTICAL, matrix_from_rpy
 from aerial_gnss_ros.core.models.motion_model import MotionModel
+from aerial_gnss_ros.core.models.platform_model import COUNT
 
 HEIGHT_M, FOCAL_PX, STEP_S, SPEED_MPS = 18.0, 900.0, 0.5, 0.4
 METRE_PX = FOCAL_PX / HEIGHT_M
@@ -29,7 +30,7 @@ def views(*east, north=0.0):
 
 @pytest.fixture
 def seen(sea):
-    model = SimpleNamespace(white=np.zeros(6), pixel=1.0, nominal=np.zeros((7, 7)))
+    model = SimpleNamespace(white=np.zeros(6), pixel=1.0, nominal=np.zeros((COUNT, COUNT)))
     found = Reappearance(model, MotionModel(0.0, SPEED_MPS))
 
     def show(pixels, view, passed=STEP_S):

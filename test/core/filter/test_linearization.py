@@ -24,7 +24,7 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.models.measurement_model import state_jacobian
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.models.platform_model import COUNT, PlatformModel
 
 MODEL = PlatformModel(Noise(correlation_time_s=1e12), "earth")
 CAMERA = CameraModel(
@@ -47,7 +47,7 @@ def known_platform(speed_mps: float) -> np.ndarray:
             joint.predict(0.1, MODEL.decay(0.1), MODEL.stationary(None), motion)
         swimmer = swimmer + 0.1 * velocity
         seen = sight((0.1 * k * speed_mps, 0.0, 30.0))
-        pixels = linearise(seen, np.zeros(7), swimmer[None]).pixels + rng.normal(0.0, 2.0, 2)
+        pixels = linearise(seen, np.zeros(COUNT), swimmer[None]).pixels + rng.normal(0.0, 2.0, 2)
         if not k:
             relinearize(joint, seen)
             start = swimmer[None] + 0.3

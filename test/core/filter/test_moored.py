@@ -16,7 +16,7 @@ from aerial_gnss_ros.core.filter.moored import TUNING, MooredHypothesis
 from aerial_gnss_ros.core.filter.moored_law import CURRENT
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.motion_model import MotionModel
-from aerial_gnss_ros.core.models.platform_model import COUNT
+from aerial_gnss_ros.core.models.platform_model import COUNT, HEADING
 
 pytestmark = pytest.mark.flights
 
@@ -131,9 +131,6 @@ def test_predictions_cover_a_robot_that_casts_off_unseen(sea):
             sizes.append(float(off @ np.linalg.solve(one.covariance[:2, :2], off)))
     assert len(sizes) == len(PLACES) * 60
     assert max(sizes) < 13.8
-
-
-HEADING = COUNT - 2
 
 
 def heading(law):

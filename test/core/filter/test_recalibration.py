@@ -69,7 +69,7 @@ def _errors(robots):
 @pytest.mark.parametrize(
     ("values", "errors"),
     [
-        ({"calibration.heading_deg": 4.0}, {"rpy_bias_deg": (0.0, 0.0, -4.0)}),
+        ({"calibration.heading_deg": 6.0}, {"rpy_bias_deg": (0.0, 0.0, -6.0)}),
         ({"calibration.gimbal_pitch_deg": -2.0}, {"rpy_bias_deg": (0.0, 2.0, 0.0)}),
         ({"calibration.height_m": 2.0}, {}),
     ],
@@ -95,7 +95,7 @@ def test_a_latency_or_focal_length_that_was_wrong_leaves_no_trace(sea):
     wrong = type(sea.camera).from_camera_info(*info)
     focal = {"calibration.focal_scale": 1.05}
     assert max(_errors(_flown(sea, _world(sea), focal, focal, camera=wrong))) < 0.15
-    assert max(_errors(_flown(sea, _world(sea), {}, focal, camera=wrong))) < 0.2
+    assert max(_errors(_flown(sea, _world(sea), {}, focal, camera=wrong))) < 0.25
     assert max(_errors(_flown(sea, _world(sea), {}, {}, camera=wrong))) > 0.5
     late = {"camera.latency_s": 0.15}
     assert max(_errors(_flown(sea, _world(sea, late_s=0.15), {}, late))) < 0.2

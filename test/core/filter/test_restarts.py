@@ -11,6 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.filter import restarts
 from aerial_gnss_ros.core.filter.restarts import TUNING, Restarts
+from aerial_gnss_ros.core.models.platform_model import COUNT
 
 SLOTS = np.array([0, 2])
 
@@ -32,7 +33,7 @@ def begun(monkeypatch):
 
     def image(which):
         told.clear()
-        which.apply(group, SLOTS, None, np.eye(7), None)
+        which.apply(group, SLOTS, None, np.eye(COUNT), None)
         which.done()
         return list(told)
 

@@ -53,7 +53,7 @@ def test_prediction_is_that_of_the_textbook(seconds):
     joint, motion = crowd(), MotionModel(0.05, 0.75)
     joint.unseen = np.array([0.0, 0.3, 20.0])
     steps = [textbook_step(float(unseen), seconds, motion) for unseen in joint.unseen]
-    keep = np.exp(-seconds / np.array([300.0] * 2 + [500.0] * 4 + [3600.0]))
+    keep = np.exp(-seconds / np.array([300.0] * 2 + [500.0] * 4 + [300.0] * 2 + [3600.0]))
     F = block_diag(np.diag(keep), *(step[0] for step in steps))
     Q = block_diag(np.diag(1.0 - keep**2) @ MODEL.stationary(None), *(step[1] for step in steps))
     mean, covariance = F @ joint.mean, F @ joint.covariance @ F.T + Q
@@ -66,21 +66,21 @@ def test_prediction_is_that_of_the_textbook(seconds):
 def test_an_error_that_is_switched_off_stays_zero():
     model = PlatformModel(Noise(), "earth")
     joint = JointState(model.stationary(None))
-    joint.add(np.arange(1), PLACES[:1], np.ones((1, 2, 7)), np.eye(2)[None], 0.5)
+    joint.add(np.arange(1), PLACES[:1], np.ones((1, 2, COUNT)), np.eye(2)[None], 0.5)
     for _ in range(3):
         joint.predict(0.1, model.decay(0.1), model.stationary(None), MotionModel(0.05, 0.75))
-        pixels = linearise(sight(), joint.mean[:7], joint.robots[:, :2]).pixels + 3.0
+        pixels = linearise(sight(), joint.mean[:COUNT], joint.robots[:, :2]).pixels + 3.0
         correct(joint, np.arange(1), pixels, sight(), model)
-    assert joint.mean[6] == 0.0
-    assert not joint.covariance[6].any()
+    assert joint.mean[LATENCY] == 0.0
+    assert not joint.covariance[LATENCY].any()
 
 
 def test_a_robot_that_surfaces_brings_its_old_knowledge():
     joint = crowd()
-    joint.mean[7:11] = [1.0, 1.0, 0, 0]
-    joint.mean[11:15] = [1.3, 0.9, 0, 0]
-    H = np.zeros((2, 19))
-    H[:, 7:9], H[:, 11:13] = np.eye(2), -np.eye(2)
+    joint.mean[COUNT : COUNT + 4] = [1.0, 1.0, 0, 0]
+    joint.mean[COUNT + 4 : COUNT + 8] = [1.3, 0.9, 0, 0]
+    H = np.zeros((2, COUNT + 12))
+    H[:, COUNT : COUNT + 2], H[:, COUNT + 4 : COUNT + 6] = np.eye(2), -np.eye(2)
     P = joint.covariance.copy()
     K = P @ H.T @ np.linalg.inv(H @ P @ H.T + 0.01 * np.eye(2))
     mean, covariance = joint.mean - K @ H @ joint.mean, P - K @ H @ P
@@ -132,7 +132,7 @@ def test_boxes_that_were_noisier_than_assumed_count_as_if_that_had_been_known(mo
 
     def after(factor: float, prior: np.ndarray) -> JointState:
         joint = JointState(prior)
-        by_platform = linearise(sight(), np.zeros(7), PLACES).by_platform * 0.01
+        by_platform = linearise(sight(), np.zeros(COUNT), PLACES).by_platform * 0.01
         white = np.tile(factor * 0.04 * np.eye(2), (3, 1, 1))
         joint.add(np.arange(3), PLACES, by_platform, white, 0.7)
         H = np.random.default_rng(5).normal(size=(5, len(joint.mean)))
@@ -159,13 +159,13 @@ def test_doubted_platform_errors_leave_robots_as_they_are_given_these():
         P = joint.covariance
         gain = P @ H.T @ np.linalg.inv(H @ P @ H.T + noise * np.eye(9))
         joint.mean, joint.covariance = gain @ np.arange(9.0), P - gain @ H @ P
-        by_platform = linearise(sight(), np.zeros(7), PLACES).by_platform * 0.01
+        by_platform = linearise(sight(), np.zeros(COUNT), PLACES).by_platform * 0.01
         joint.add(np.arange(3), PLACES, by_platform, np.tile(0.04 * np.eye(2), (3, 1, 1)), 0.7)
         return joint
 
     found, right = after(0.01), after(0.05)
     moved = right.mean[:COUNT] - found.mean[:COUNT]
-    by_platform = linearise(sight(), np.zeros(7), PLACES).by_platform * 0.01
+    by_platform = linearise(sight(), np.zeros(COUNT), PLACES).by_platform * 0.01
     right.robots[:, :2] += by_platform @ moved
     found.doubt_platform(5.0, prior)
     np.testing.assert_allclose(found.covariance, right.covariance, rtol=1e-6, atol=1e-9)
@@ -175,12 +175,12 @@ def test_doubted_platform_errors_leave_robots_as_they_are_given_these():
 def test_what_is_forgotten_is_decided_by_the_next_image_alone():
     """As a robot that begins, in mean and covariance, whatever was known of it before."""
     joint, slots = crowd(), np.array([0, 1])
-    pixels = linearise(sight(), np.zeros(7), PLACES[:2]).pixels
+    pixels = linearise(sight(), np.zeros(COUNT), PLACES[:2]).pixels
     joint.settle(LATENCY, 0.0, 0.5)
     joint.forget(slots, MODEL.stationary(None), 2.0)
     correct(joint, slots, pixels, sight(), MODEL)
     np.testing.assert_allclose(joint.robots[:2, :2], PLACES[:2], atol=1e-3)
-    linear = linearise(sight(), np.zeros(7), PLACES[:2])
+    linear = linearise(sight(), np.zeros(COUNT), PLACES[:2])
     errors = MODEL.stationary(None)
     errors[LATENCY, LATENCY] = 0.25
     for i in (0, 1):

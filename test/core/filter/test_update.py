@@ -15,7 +15,7 @@ from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.update import TUNING as UPDATE
 from aerial_gnss_ros.core.filter.update import correct
-from aerial_gnss_ros.core.models.platform_model import LATENCY
+from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -27,11 +27,12 @@ def test_correction_is_that_of_the_textbook(alone):
     """What is considered, not estimated, has no gain (Schmidt's filter in Joseph's form)."""
     joint = crowd()
     slots = np.array([2, 0])
-    linear = linearise(sight(), joint.mean[:7], joint.robots[slots, :2])
+    linear = linearise(sight(), joint.mean[:COUNT], joint.robots[slots, :2])
     pixels = linear.pixels + np.array([[1.5, -2.0], [0.5, 1.0]])
-    H = np.zeros((4, 19))
-    H[:, :7] = linear.by_platform.reshape(4, 7)
-    H[:2, 15:17], H[2:, 7:9] = linear.by_place[0], linear.by_place[1]
+    H = np.zeros((4, COUNT + 12))
+    H[:, :COUNT] = linear.by_platform.reshape(4, COUNT)
+    H[:2, COUNT + 8 : COUNT + 10] = linear.by_place[0]
+    H[2:, COUNT : COUNT + 2] = linear.by_place[1]
     white = linear.by_pose.reshape(4, 6)
     R = white @ np.diag(MODEL.white) @ white.T + MODEL.pixel * np.eye(4)
     S = H @ joint.covariance @ H.T + R
@@ -39,9 +40,11 @@ def test_correction_is_that_of_the_textbook(alone):
     residual = (pixels - linear.pixels).ravel()
     K[LATENCY] = 0.0
     if alone:
-        K[:7] = K[11:15] = 0.0  # the platform's errors, and the robot that is not shown
+        K[:COUNT] = K[COUNT + 4 : COUNT + 8] = (
+            0.0  # the platform's errors, and the robot that is not shown
+        )
     mean = joint.mean + K @ residual
-    left = np.eye(19) - K @ H
+    left = np.eye(COUNT + 12) - K @ H
     covariance = left @ joint.covariance @ left.T + K @ R @ K.T
     outcome = correct(joint, slots, pixels, sight(), MODEL, alone=alone)
     np.testing.assert_allclose(joint.mean, mean, rtol=1e-9, atol=1e-10)
@@ -55,8 +58,8 @@ def test_an_outlier_pulls_no_more_than_at_the_edge_of_what_is_good():
     pulls = []
     for distance in (0.0, 20.0, 1000.0, 10000.0):
         joint = JointState(MODEL.stationary(None))
-        joint.add(np.arange(1), PLACES[:1], np.zeros((1, 2, 7)), 0.01 * np.eye(2)[None], 0.0)
-        pixels = linearise(sight(), np.zeros(7), PLACES[:1]).pixels + np.array([distance, 0.0])
+        joint.add(np.arange(1), PLACES[:1], np.zeros((1, 2, COUNT)), 0.01 * np.eye(2)[None], 0.0)
+        pixels = linearise(sight(), np.zeros(COUNT), PLACES[:1]).pixels + np.array([distance, 0.0])
         before = joint.robots[0, :2].copy()
         correct(joint, np.array([0]), pixels, sight(), MODEL)
         pulls.append(float(np.linalg.norm(joint.robots[0, :2] - before)))
@@ -69,9 +72,9 @@ def _swimmer(speed: float, sigma: float, slot: int) -> tuple[JointState, np.ndar
     """Return two robots, one of which swims East as fast as that, and a pixel where that is."""
     joint = JointState(MODEL.stationary(None))
     own = np.tile(0.01 * np.eye(2), (2, 1, 1))
-    joint.add(np.arange(2), PLACES[:2], np.zeros((2, 2, 7)), own, sigma)
-    joint.mean[9 + 4 * slot] = speed
-    return joint, linearise(sight(), np.zeros(7), PLACES[slot : slot + 1]).pixels
+    joint.add(np.arange(2), PLACES[:2], np.zeros((2, 2, COUNT)), own, sigma)
+    joint.mean[COUNT + 2 + 4 * slot] = speed
+    return joint, linearise(sight(), np.zeros(COUNT), PLACES[slot : slot + 1]).pixels
 
 
 @pytest.mark.parametrize(
@@ -102,7 +105,7 @@ def test_a_robot_that_the_camera_cannot_see_is_left_out():
     """Its pixel is no evidence; the others are corrected as if it were not there."""
     joint, other = crowd(), crowd()
     joint.robots[1, :2] = other.robots[1, :2] = [0.0, -100.0]  # behind the camera
-    pixels = linearise(sight(), joint.mean[:7], joint.robots[:1, :2]).pixels + 2.0
+    pixels = linearise(sight(), joint.mean[:COUNT], joint.robots[:1, :2]).pixels + 2.0
     both = correct(joint, np.array([1, 0]), np.vstack([[5.0, 5.0], pixels]), sight(), MODEL)
     alone = correct(other, np.array([0]), pixels, sight(), MODEL)
     assert (both.count, both.squared) == (2, alone.squared)
@@ -115,9 +118,9 @@ def test_a_robot_that_was_far_from_where_it_is_seen_comes_to_lie_there():
     """The derivatives where it was expected are not those where it is: the step is repeated."""
     joint = JointState(MODEL.stationary(None) * 1e-12)
     here, wide = np.array([[0.0, 26.0]]), 400.0 * np.eye(2)[None]
-    joint.add(np.arange(1), here, np.zeros((1, 2, 7)), wide, 1.0)
+    joint.add(np.arange(1), here, np.zeros((1, 2, COUNT)), wide, 1.0)
     there = np.array([[6.0, 40.0]])
-    pixels = linearise(sight(), np.zeros(7), there).pixels
+    pixels = linearise(sight(), np.zeros(COUNT), there).pixels
     correct(joint, np.array([0]), pixels, sight(), MODEL, level=1e-6)
     np.testing.assert_allclose(joint.robots[0, :2], there[0], atol=0.1)
 
@@ -125,7 +128,7 @@ def test_a_robot_that_was_far_from_where_it_is_seen_comes_to_lie_there():
 def test_the_order_of_boxes_does_not_matter():
     joint, other = crowd(), crowd()
     n = len(joint)
-    pixels = linearise(sight(), joint.mean[:7], joint.robots[:, :2]).pixels
+    pixels = linearise(sight(), joint.mean[:COUNT], joint.robots[:, :2]).pixels
     pixels += np.arange(2.0 * n).reshape(n, 2)
     correct(joint, np.arange(n), pixels, sight(), MODEL)
     correct(other, np.arange(n)[::-1], pixels[::-1], sight(), MODEL)

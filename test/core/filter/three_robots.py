@@ -14,7 +14,7 @@ from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
-from aerial_gnss_ros.core.models.platform_model import PlatformModel
+from aerial_gnss_ros.core.models.platform_model import COUNT, PlatformModel
 
 MODEL = PlatformModel(Noise(latency_s=0.3), "earth")
 CAMERA = CameraModel(
@@ -31,7 +31,7 @@ def sight() -> CameraView:
 def crowd() -> JointState:
     """Three robots with a covariance that is nowhere zero."""
     joint = JointState(MODEL.stationary(None))
-    by_platform = np.random.default_rng(3).normal(size=(3, 2, 7))
+    by_platform = np.random.default_rng(3).normal(size=(3, 2, COUNT))
     joint.add(np.arange(3), PLACES, by_platform, np.tile(0.04 * np.eye(2), (3, 1, 1)), 0.7)
     joint.mean[:] += 0.01 * np.arange(len(joint.mean))
     return joint

@@ -11,6 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.fleet.agreement import Agreement, receiver_offset
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
+from aerial_gnss_ros.core.models.platform_model import COUNT
 
 
 def test_residuals_as_large_as_expected_agree():
@@ -42,7 +43,7 @@ def test_a_drone_whose_residuals_are_too_large_disagrees():
 
 def test_the_offset_to_the_others_has_their_common_part_taken_out():
     variance = 1.44
-    stationary = [np.diag([variance, variance, 0.09, 1e-4, 1e-4, 1e-3, 0.0])] * 3
+    stationary = [np.diag([variance, variance, 0.09, 1e-4, 1e-4, 1e-3, 0.0, 0.0, 0.0])] * 3
     for share in (0.0, 0.5, 1.0):
         state = SharedState(stationary, share)
         offset, sigma = receiver_offset(state, 1, 3)
@@ -53,7 +54,7 @@ def test_the_offset_to_the_others_has_their_common_part_taken_out():
 
 
 def test_the_offset_has_its_sign_whichever_drone_is_active():
-    state = SharedState([np.eye(7)] * 2, 0.0)
+    state = SharedState([np.eye(COUNT)] * 2, 0.0)
     state.joint.mean[:2] = 1.0, 2.0  # drone 0
     for active in (0, 1):
         state.activate(active)

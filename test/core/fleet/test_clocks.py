@@ -11,6 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.fleet.clocks import NO_OFFSET, TUNING, ClockOffset, clock_offset
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
+from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY
 
 
 @pytest.fixture(scope="module")
@@ -67,13 +68,13 @@ def test_a_large_offset_that_is_sure_is_said():
      ([0.0, 0.1, 0.2, 0.9], [-0.15, -0.05, 0.05, 0.75])],
 )  # fmt: skip
 def test_an_offset_is_that_to_the_other_or_to_the_median(clocks, expected):
-    state = SharedState([np.diag([1.0, 1.0, 1.0, 0.1, 0.1, 0.1, 0.04])] * len(clocks), 0.5)
+    state = SharedState([np.diag([1.0, 1.0, 1.0, *[0.1] * 5, 0.04])] * len(clocks), 0.5)
     for drone, clock in enumerate(clocks):
-        state.assume(drone, np.array([0.0] * 6 + [clock]))
+        state.assume(drone, np.array([0.0] * LATENCY + [clock]))
     found = [clock_offset(state, drone, len(clocks)) for drone in range(len(clocks))]
     assert [one.ahead_s for one in found] == pytest.approx(expected)
     assert found[0].sigma_s == pytest.approx({2: 0.2828, 3: 0.2828, 4: 0.2449}[len(clocks)], 1e-3)
-    assert clock_offset(SharedState([np.eye(7)], 0.5), 0, 1) is NO_OFFSET
+    assert clock_offset(SharedState([np.eye(COUNT)], 0.5), 0, 1) is NO_OFFSET
 
 
 def test_robots_come_back_from_a_drones_time_as_they_were(swimming):
@@ -86,9 +87,9 @@ def test_robots_come_back_from_a_drones_time_as_they_were(swimming):
     assert np.abs(velocities).max() > 0.01
     state._show()
     shown = state.joint.robots.copy()
-    clock = state.joint.mean[6]
+    clock = state.joint.mean[LATENCY]
     np.testing.assert_allclose(shown[:, :2], before[:, :2] - clock * velocities)
     state.settle()
     np.testing.assert_allclose(state.joint.robots, before)
     np.testing.assert_allclose(state.whole()[1], P, atol=1e-9)
-    assert second.stationary[6, 6] == pytest.approx(TUNING.sigma_s**2)
+    assert second.stationary[LATENCY, LATENCY] == pytest.approx(TUNING.sigma_s**2)

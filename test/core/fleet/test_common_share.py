@@ -9,10 +9,11 @@ import pytest
 
 from aerial_gnss_ros.core.fleet.common_share import CommonShare
 from aerial_gnss_ros.core.fleet.receivers import joint_prior
+from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.references.position_law import PositionLaw
 
 SIGMA = 1.5
-STATED = np.diag([SIGMA**2, SIGMA**2, 0.25, 7e-4, 3e-4, 3e-4, 0.0])
+STATED = np.diag([SIGMA**2, SIGMA**2, 0.25, 7e-4, 3e-4, 3e-4, 1e-4, 1e-4, 0.0])
 
 
 def measured(stationary, share, H, noise, values):
@@ -32,12 +33,12 @@ def measured(stationary, share, H, noise, values):
 def test_it_is_the_mixture_of_filters_that_assume_each_share(drones):
     rng = np.random.default_rng(3)
     stationary = [STATED] * (drones - 1) + [0.2 * STATED]
-    errors, bank = 7 * drones, CommonShare(0.5)
+    errors, bank = COUNT * drones, CommonShare(0.5)
     H = np.zeros((3 * drones, errors + 4))
     H[: 2 * drones, errors : errors + 2] = np.tile(np.eye(2), (drones, 1))  # all see the robot
     H[:, :errors] = rng.normal(size=(3 * drones, errors)) * 0.3
     for k in range(drones):
-        H[2 * k : 2 * k + 2, 7 * k : 7 * k + 2] += np.eye(2)
+        H[2 * k : 2 * k + 2, COUNT * k : COUNT * k + 2] += np.eye(2)
     values = rng.normal(size=3 * drones)
     law, _ = measured(stationary, 0.5, H, 0.01, values)
     each = [measured(stationary, share, H, 0.01, values) for share in bank.shares]
@@ -56,8 +57,8 @@ def test_it_is_the_mixture_of_filters_that_assume_each_share(drones):
 
 
 def test_offsets_far_apart_speak_for_a_small_share_and_equal_ones_for_a_large_one():
-    bank, H = CommonShare(0.5), np.zeros((2, 18))
-    H[:, [0, 1]], H[:, [7, 8]] = np.eye(2), -np.eye(2)
+    bank, H = CommonShare(0.5), np.zeros((2, 2 * COUNT + 4))
+    H[:, [0, 1]], H[:, [COUNT, COUNT + 1]] = np.eye(2), -np.eye(2)
     mean = []
     for apart in (0.0, 2.0, 4.0):
         law, _ = measured([STATED] * 2, 0.5, H, 1e-4, np.array([apart, 0.0]))
@@ -67,20 +68,20 @@ def test_offsets_far_apart_speak_for_a_small_share_and_equal_ones_for_a_large_on
 
 
 def test_a_share_that_is_stated_as_certain_one_drone_and_an_exact_receiver_change_nothing():
-    H = np.zeros((1, 18))
-    H[0, 0], H[0, 7] = 1.0, -1.0
+    H = np.zeros((1, 2 * COUNT + 4))
+    H[0, 0], H[0, COUNT] = 1.0, -1.0
     law, _ = measured([STATED] * 2, 0.5, H, 0.01, np.array([3.0]))
     exact = STATED.copy()
     exact[:2, :2] = 0.0
     for share, stationary in ((0.0, [STATED] * 2), (1.0, [STATED] * 2), (0.5, [STATED, exact])):
         assert CommonShare(share).weighed(law, stationary) is law
-    alone, _ = measured([STATED], 0.5, H[:, :11], 0.01, np.array([3.0]))
+    alone, _ = measured([STATED], 0.5, H[:, : COUNT + 4], 0.01, np.array([3.0]))
     assert CommonShare(0.5).weighed(alone, [STATED]) is alone
 
 
 def test_a_receiver_that_states_another_error_is_weighed_by_that():
-    bank, H = CommonShare(0.5), np.zeros((2, 18))
-    H[:, [0, 1]], H[:, [7, 8]] = np.eye(2), -np.eye(2)
+    bank, H = CommonShare(0.5), np.zeros((2, 2 * COUNT + 4))
+    H[:, [0, 1]], H[:, [COUNT, COUNT + 1]] = np.eye(2), -np.eye(2)
     for stationary in ([STATED] * 2, [STATED, 0.04 * STATED], [0.04 * STATED] * 2):
         law, _ = measured(stationary, 0.5, H, 0.01, np.array([0.3, -0.2]))
         expected = CommonShare(0.5).weighed(law, stationary)

@@ -12,6 +12,7 @@ import pytest
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
+from aerial_gnss_ros.core.models.platform_model import COUNT
 
 
 @pytest.fixture
@@ -45,7 +46,7 @@ def test_a_jump_that_is_believed_is_no_motion(looked):
 
 def test_a_robot_is_expected_where_the_camera_looks(looked):
     drone, _, _ = looked
-    errors, sure, unsure = np.zeros(7), 0.01 * np.eye(2), 100.0 * np.eye(2)
+    errors, sure, unsure = np.zeros(COUNT), 0.01 * np.eye(2), 100.0 * np.eye(2)
     behind = 3.0 * drone.view.measured.position[:2]
     places = np.array([[0.0, 0.0], [0.0, 300.0], behind, [0.0, 0.0]])
     shown = drone.shows(errors, places, np.stack([sure, sure, sure, unsure]))

@@ -18,6 +18,7 @@ from aerial_gnss_ros.core.fleet.fault import FAULTS
 from aerial_gnss_ros.core.fleet.fault_search import Found
 from aerial_gnss_ros.core.fleet.fleet import Fleet
 from aerial_gnss_ros.core.fleet.fleet_references import FleetReferences, staying_references
+from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.references.candidates import Expected
 from aerial_gnss_ros.core.values.reference_place import ReferencePlace
 from aerial_gnss_ros.simulation.sensors import START_NS
@@ -121,7 +122,7 @@ def test_it_does_not_matter_which_drone_s_images_come_first(flown):
 def test_a_fleet_that_begins_anew_finds_its_references_again(flown):
     fleet, updates, _ = together(flown, a={"pier": true_place(flown, PIER)})
     label = links(fleet)["pier"]
-    agreed = SimpleNamespace(errors=np.zeros(7), matched=[])
+    agreed = SimpleNamespace(errors=np.zeros(COUNT), matched=[])
     fleet._blame(Found(1, FAULTS[2], agreed))
     assert not links(fleet)
     for name, seen, _ in updates[-20:]:

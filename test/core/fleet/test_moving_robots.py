@@ -9,13 +9,14 @@ import pytest
 
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.fleet.moving_robots import moving
+from aerial_gnss_ros.core.models.platform_model import COUNT
 
 
 def robots(speed, sigma):
     """Two robots with that uncertainty of each axis; the second one stays."""
-    joint = JointState(np.eye(7))
-    joint.add(np.arange(2), np.zeros((2, 2)), np.zeros((2, 2, 7)), np.tile(np.eye(2), (2, 1, 1)),
-              sigma)  # fmt: skip
+    joint = JointState(np.eye(COUNT))
+    white = np.tile(np.eye(2), (2, 1, 1))
+    joint.add(np.arange(2), np.zeros((2, 2)), np.zeros((2, 2, COUNT)), white, sigma)
     joint.robots[0, 2:] = 0.6 * speed, -0.8 * speed
     return joint
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.fleet.publication import displaced, platform_errors, published
+from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.values.estimates import State
 
 
@@ -42,12 +43,12 @@ def test_robots_in_doubt_are_widened_and_those_of_the_same_drone_too(two_rtk):
 
 
 def test_errors_of_several_drones_have_their_names_and_that_of_one_alone_none():
-    drones = [SimpleNamespace(name=name) for name in "ab"]
-    errors, spread = np.arange(14.0), np.diag([4.0, *[0.0] * 12, 9.0])
+    drones = [SimpleNamespace(name=name, view=None) for name in "ab"]
+    errors, spread = np.arange(2.0 * COUNT), np.diag([4.0, *[0.0] * (2 * COUNT - 2), 9.0])
     found = platform_errors(drones, errors, spread)
     assert [(one.name, one.value, one.sigma) for one in found] == [
         ("a gnss_east", 0.0, 2.0),
-        ("b clock", 13.0, 3.0),
+        ("b clock", 17.0, 3.0),
     ]
-    (alone,) = platform_errors(drones[:1], errors[:7], spread[:7, :7])
+    (alone,) = platform_errors(drones[:1], errors[:COUNT], spread[:COUNT, :COUNT])
     assert alone.name == "gnss_east"

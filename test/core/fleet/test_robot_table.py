@@ -12,6 +12,7 @@ import pytest
 
 from aerial_gnss_ros.core.fleet.drone import Drone
 from aerial_gnss_ros.core.fleet.robot_table import RobotTable
+from aerial_gnss_ros.core.models.platform_model import COUNT
 
 SECOND_NS = 1_000_000_000
 
@@ -84,6 +85,6 @@ def test_robots_outlast_a_new_start_of_the_filter_and_are_one_as_drones_agree(ta
 
 def test_a_filter_begins_with_what_is_known_of_a_fault(table, two_rtk, seen):
     wrong = table._drones[1]
-    wrong.fault, wrong.assumed = SimpleNamespace(variances=np.zeros(7)), np.full(7, 0.25)
+    wrong.fault, wrong.assumed = SimpleNamespace(variances=np.zeros(COUNT)), np.full(COUNT, 0.25)
     begun(table, two_rtk, seen)
     np.testing.assert_allclose(table.state.platform(1)[0], 0.25)

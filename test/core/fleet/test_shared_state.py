@@ -13,10 +13,13 @@ from scipy.linalg import block_diag
 
 from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.fleet.shared_state import SharedState, white_on_water
+from aerial_gnss_ros.core.models.platform_model import COUNT, HEIGHT, LATENCY
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from three_drones import MODELS, MOTION, PLACES, STATIONARY, sight
+
+ERRORS = len(STATIONARY) * COUNT
 
 
 class Dense:
@@ -30,24 +33,26 @@ class Dense:
                 least = min(STATIONARY[i][0, 0], STATIONARY[j][0, 0])
                 for axis in (0, 1):
                     if i != j:
-                        self.prior[7 * i + axis, 7 * j + axis] = share * least
-        self.mean, self.P = np.zeros(7 * self.n), self.prior.copy()
+                        self.prior[COUNT * i + axis, COUNT * j + axis] = share * least
+        self.mean, self.P = np.zeros(COUNT * self.n), self.prior.copy()
 
     def jacobian(self, drone, linear, slots):
         H = np.zeros((2 * len(slots), len(self.mean)))
+        errors = slice(COUNT * drone, COUNT * drone + COUNT)
         for row, slot in enumerate(slots):
-            H[2 * row : 2 * row + 2, 7 * drone : 7 * drone + 7] = linear.by_platform[row]
-            k = 7 * self.n + 4 * slot
+            H[2 * row : 2 * row + 2, errors] = linear.by_platform[row]
+            k = COUNT * self.n + 4 * slot
             H[2 * row : 2 * row + 2, k : k + 2] = linear.by_place[row]
         return H
 
     def begin(self, drone, linear, model, places):
         by_place = np.linalg.inv(linear.by_place)
+        errors = slice(COUNT * drone, COUNT * drone + COUNT)
         G = np.zeros((4 * len(places), len(self.mean)))
         alone = np.zeros((4 * len(places),) * 2)
         white = white_on_water(linear, model)
         for i in range(len(places)):
-            G[4 * i : 4 * i + 2, 7 * drone : 7 * drone + 7] = -by_place[i] @ linear.by_platform[i]
+            G[4 * i : 4 * i + 2, errors] = -by_place[i] @ linear.by_platform[i]
             alone[4 * i : 4 * i + 2, 4 * i : 4 * i + 2] = white[i]
             alone[4 * i + 2 : 4 * i + 4, 4 * i + 2 : 4 * i + 4] = 0.75**2 * np.eye(2)
         self.P = np.block([[self.P, self.P @ G.T], [G @ self.P, G @ self.P @ G.T + alone]])
@@ -72,7 +77,7 @@ class Dense:
         by_pose = linear.by_pose.reshape(2 * len(slots), 6)
         R = model.pixel * np.eye(len(H)) + (by_pose * model.white) @ by_pose.T
         gain = np.linalg.solve(H @ self.P @ H.T + R, H @ self.P).T
-        gain[6 : 7 * self.n : 7] = 0.0
+        gain[LATENCY : COUNT * self.n : COUNT] = 0.0
         self.mean = self.mean + gain @ residual.ravel()
         self.P = self.P - gain @ H @ self.P
 
@@ -81,7 +86,7 @@ def both(share=0.5):
     """The shared state and the dense one after drone 0 began all robots."""
     state, dense, view = SharedState(STATIONARY, share), Dense(share), sight(0)
     state.look(0, view)
-    linear = linearise(view, np.zeros(7), PLACES)
+    linear = linearise(view, np.zeros(COUNT), PLACES)
     state.begin(np.arange(3), linear.pixels, view, MODELS[0], 0.75)
     dense.begin(0, linear, MODELS[0], PLACES)
     return state, dense
@@ -96,7 +101,7 @@ def test_many_images_of_three_drones_give_the_covariance_of_one_dense_filter(sha
         state.linearise_at(drone, PLACES)
         view = sight(drone, 0.5 * step)
         slots = np.arange(3)  # one that is missed may turn, which `Dense` does not know
-        linear = linearise(view, np.zeros(7), PLACES[slots])
+        linear = linearise(view, np.zeros(COUNT), PLACES[slots])
         state.correct(slots, linear.pixels, view, MODELS[drone])
         dense.update(drone, linear, MODELS[drone], np.zeros((len(slots), 2)), slots)
     P = state.ordered()[1]
@@ -110,14 +115,14 @@ def test_an_update_corrects_the_drones_that_did_not_see_it():
     state, dense = both()
     view = sight(1)
     state.look(1, view)
-    linear = linearise(view, np.zeros(7), PLACES)
+    linear = linearise(view, np.zeros(COUNT), PLACES)
     residual = np.array([[2.0, -1.0], [1.0, 1.5], [-2.0, 0.5]])
     state.correct(np.arange(3), linear.pixels + residual, view, MODELS[1])
     dense.update(1, linear, MODELS[1], residual, [0, 1, 2])
     mean, P = state.ordered()
     np.testing.assert_allclose(mean, dense.mean, atol=1e-7)
     assert abs(mean[0]) > 0.05
-    assert abs(mean[14]) > 0.01
+    assert abs(mean[2 * COUNT]) > 0.01
     np.testing.assert_allclose(P, dense.P, atol=1e-7)
 
 
@@ -127,8 +132,8 @@ def test_a_robot_that_is_corrected_alone_tells_of_nothing_else():
     state.predict(0.3, [m.decay(0.3) for m in MODELS], STATIONARY, MOTION)
     dense.predict(0.3)
     state.linearise_at(1, PLACES)
-    view, own = sight(1, 0.5), 21 + 4 * 1 + np.arange(4)
-    linear = linearise(view, np.zeros(7), PLACES)
+    view, own = sight(1, 0.5), ERRORS + 4 * 1 + np.arange(4)
+    linear = linearise(view, np.zeros(COUNT), PLACES)
     residual = np.array([[2.0, -1.0]])
     state.correct(np.array([1]), linear.pixels[1:2] + residual, view, MODELS[1], alone=True)
     mean, P = dense.mean.copy(), dense.P.copy()
@@ -146,13 +151,13 @@ def test_two_robots_that_are_one_tell_of_both_drones():
     state, dense = both()
     view = sight(1)
     state.look(1, view)
-    linear = linearise(view, np.zeros(7), PLACES)
+    linear = linearise(view, np.zeros(COUNT), PLACES)
     state.begin(np.arange(3, 6), linear.pixels, view, MODELS[1], 0.75)
     state.tie(0, 3, 1e-4)
     state.drop(np.array([0]))
     dense.update(1, linear_of(linear, 0), MODELS[1], np.zeros((1, 2)), [0])
     P = state.ordered()[1]
-    np.testing.assert_allclose(P[:21, :21], dense.P[:21, :21], atol=2e-6)
+    np.testing.assert_allclose(P[:ERRORS, :ERRORS], dense.P[:ERRORS, :ERRORS], atol=2e-6)
 
 
 def linear_of(linear, row):
@@ -170,16 +175,16 @@ def test_a_camera_that_stays_learns_nothing_of_itself_from_a_robot_that_only_it_
     far = PLACES + np.array([2.0, 1.0])
     for drone, (view, seen) in enumerate(zip(views, (places, far), strict=True)):
         state.look(drone, view)
-        pixels = linearise(view, np.zeros(7), seen).pixels
+        pixels = linearise(view, np.zeros(COUNT), seen).pixels
         state.begin(3 * drone + np.arange(3), pixels, view, MODELS[2 * drone], 0.75)
     rng = np.random.default_rng(1)
     for _ in range(30):
-        state.predict(0.2, [np.ones(7)] * 2, STATIONARY[::2], MOTION)
+        state.predict(0.2, [np.ones(COUNT)] * 2, STATIONARY[::2], MOTION)
         if moved:
             places, far = (seen + rng.normal(0.0, 0.3, (3, 2)) for seen in (places, far))
         for drone, (view, seen) in enumerate(zip(views, (places, far), strict=True)):
             state.look(drone, view)
-            pixels = linearise(view, np.zeros(7), seen).pixels + rng.normal(0.0, 2.0, (3, 2))
+            pixels = linearise(view, np.zeros(COUNT), seen).pixels + rng.normal(0.0, 2.0, (3, 2))
             state.correct(3 * drone + np.arange(3), pixels, view, MODELS[2 * drone])
     for drone in (0, 1):
         spread = state.platform(drone)[1].diagonal()[:6]
@@ -193,19 +198,20 @@ def test_robots_begin_after_manoeuvres_put_all_drones_errors_in_doubt(monkeypatc
         state.predict(0.3, [m.decay(0.3) for m in MODELS], STATIONARY, MOTION)
         view = sight(drone, 0.5)
         state.look(drone, view)
-        linear = linearise(view, np.zeros(7), PLACES)
+        linear = linearise(view, np.zeros(COUNT), PLACES)
         state.correct(np.arange(3), linear.pixels + drone, view, MODELS[drone])
         state.settle()
     view = sight(1, 1.0)
     state.look(1, view)
     before = state.ordered()[1]
-    known, first = before.diagonal()[:21], state.prior(STATIONARY).diagonal()
+    known, first = before.diagonal()[:ERRORS], state.prior(STATIONARY).diagonal()
     with monkeypatch.context() as m:
         m.setattr(state.joint.manoeuvre_noise, "take_underestimated", lambda: 4.0)
         state.doubt_platforms(STATIONARY)
     mean, P = state.ordered()
-    assert (P.diagonal()[[2, 16]] > 1.2 * known[[2, 16]]).all()  # heights
-    assert (P.diagonal()[:21] <= 1.001 * first).all()  # no less certain than before any image
+    heights = [HEIGHT, 2 * COUNT + HEIGHT]
+    assert (P.diagonal()[heights] > 1.2 * known[heights]).all()
+    assert (P.diagonal()[:ERRORS] <= 1.001 * first).all()  # no less certain than before any image
     np.testing.assert_allclose(given_errors(P), given_errors(before), atol=1e-5)
     state.begin(np.array([3]), np.array([[600.0, 400.0]]), view, MODELS[1], 0.75)
     after, Q = state.ordered()
@@ -216,5 +222,5 @@ def test_robots_begin_after_manoeuvres_put_all_drones_errors_in_doubt(monkeypatc
 
 def given_errors(P):
     """Return robots' covariance if all drones' errors were known."""
-    known = P[:21, :21] + 1e-12 * np.eye(21)
-    return P[21:, 21:] - P[21:, :21] @ np.linalg.solve(known, P[:21, 21:])
+    known = P[:ERRORS, :ERRORS] + 1e-12 * np.eye(ERRORS)
+    return P[ERRORS:, ERRORS:] - P[ERRORS:, :ERRORS] @ np.linalg.solve(known, P[:ERRORS, ERRORS:])

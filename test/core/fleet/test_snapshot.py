@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.fleet.snapshot import Snapshot
+from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY
 
 
 @pytest.fixture
@@ -29,10 +30,10 @@ def test_robots_lie_where_the_filter_has_them(snapshot):
 @pytest.mark.parametrize("at", [0.0, 0.4])
 def test_derivatives_are_those_of_the_places(snapshot, at):
     _, one = snapshot
-    start = np.array([0.3, -0.2, 0.1, 0.01, -0.01, at, 0.0])
+    start = np.array([0.3, -0.2, 0.1, 0.01, -0.01, at, 0.0, 0.0, 0.0])
     placed = one.placed(start)
-    for k in range(6) if not at else (0, 1, 2, 5):
-        step = np.zeros(7)
+    for k in range(LATENCY) if not at else (0, 1, 2, 5, 6, 7):
+        step = np.zeros(COUNT)
         step[k] = 1e-4
         found = (one.placed(start + step).places - placed.places) / 1e-4
         np.testing.assert_allclose(placed.by_errors[:, :, k], found, rtol=0.02, atol=0.4)

@@ -14,19 +14,20 @@ from aerial_gnss_ros.core.filter.moored_law import TUNING
 from aerial_gnss_ros.core.filter.predicted_pixels import linearise
 from aerial_gnss_ros.core.fleet.shared_state import SharedState
 from aerial_gnss_ros.core.fleet.staying_law import StayingLaw
+from aerial_gnss_ros.core.models.platform_model import COUNT
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from three_drones import MODELS, MOTION, PLACES, STATIONARY, sight
 
-ERRORS = 7 * len(MODELS)
+ERRORS = COUNT * len(MODELS)
 
 
 def seen(state, drone, shift, off):
     """Let a drone's image show the robots, displaced by pixels `off`."""
     view = sight(drone, shift)
     state.look(drone, view)
-    pixels = linearise(view, np.zeros(7), PLACES).pixels + off
+    pixels = linearise(view, np.zeros(COUNT), PLACES).pixels + off
     outcome = state.correct(np.arange(3), pixels, view, MODELS[drone])
     return outcome, pixels, view
 
@@ -36,7 +37,7 @@ def swimming():
     """Robots that three drones have seen twice."""
     state, view, rng = SharedState(STATIONARY, 0.5), sight(0), np.random.default_rng(3)
     state.look(0, view)
-    pixels = linearise(view, np.zeros(7), PLACES).pixels
+    pixels = linearise(view, np.zeros(COUNT), PLACES).pixels
     state.begin(np.arange(3), pixels, view, MODELS[0], 0.75)
     state.settle()
     for k in range(6):
@@ -94,7 +95,7 @@ def test_one_that_leaves_is_where_it_was_shown_and_moves(swimming):
         law.shared.predict(0.2, [m.decay(0.2) for m in MODELS], STATIONARY, MOTION)
         view = sight(k)
         law.shared.look(k, view)
-        pixels = linearise(view, np.zeros(7), PLACES).pixels
+        pixels = linearise(view, np.zeros(COUNT), PLACES).pixels
         law.fit(np.arange(3), pixels, view, MODELS[k], 1.0)
         law.shared.settle()
     before, P = law.shared.ordered()

@@ -124,30 +124,3 @@ def test_an_image_right_after_another_one_moves_no_camera(before, apart_s):
         t = at
         assert abs(motion.velocity[0] - 3.0) < 3.0 + 2.5 * noise_m / 0.005
     assert motion.velocity[0] == pytest.approx(3.0, abs=6.0 * noise_m / STEP_S)
-
-
-def _turned(degrees, steps=1):
-    """Return how far a camera turned, deg, by measured yaws, deg; asked every so many images."""
-    motion, found = CameraMotion(), 0.0
-    for i, yaw in enumerate(degrees):
-        pose = MapPose(np.zeros(3), rotation_matrix(np.radians(yaw) * UP))
-        motion.update(pose, STEP_S if i else 0.0)
-        if i % steps == 0:
-            found += motion.take_turn()
-    return float(np.degrees(found + motion.take_turn()))
-
-
-@pytest.mark.parametrize("steps", [1, 7])
-@pytest.mark.parametrize(
-    ("degrees", "turned"),
-    [
-        ([0.0, 5.0] * 40, 0.0),  # sways by less than 0.1 rad, 5.73 deg
-        ([3.0 * i for i in range(41)], 120.0 - 5.73),
-        ([3.0 * i for i in range(21)] + [60.0 - 3.0 * i for i in range(21)], 60.0 + 60.0 - 17.19),
-        ([170.0 + 3.0 * i for i in range(11)], 30.0 - 5.73),  # through South
-        ([0.0] * 5 + [40.0] * 5, 0.0),  # a jump is no turn
-    ],
-    ids=["sways", "turns", "there and back", "past 180 deg", "jumps"],
-)
-def test_turns_are_counted_with_backlash(degrees, turned, steps):
-    assert _turned(degrees, steps) == pytest.approx(turned, abs=0.02)

@@ -18,6 +18,7 @@ from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix, rotation_vector
 from aerial_gnss_ros.core.georeferencing.localization import located_jacobian
 from aerial_gnss_ros.core.models.measurement_model import on_water, pose_jacobian
+from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY
 from aerial_gnss_ros.core.values.camera_pose import CameraPose
 from aerial_gnss_ros.core.values.estimates import MapDatum
 
@@ -35,7 +36,7 @@ CAMERAS = {
     "rectified": CameraModel(1280, 720, "plumb_bob", MATRIX, rectified=True, R=TURN),
 }
 PIXELS = np.array([[200.0, 120.0], [655.0, 350.0], [1100.0, 640.0], [640.0, 700.0]])
-ERRORS = np.array([0.4, -0.3, 0.2, 0.004, -0.006, 0.02, 0.1])
+ERRORS = np.array([0.4, -0.3, 0.2, 0.004, -0.006, 0.02, 0.01, -0.015, 0.1])
 RATES = np.array([3.0, -4.0, 0.5, 0.01, -0.02, 0.15])
 
 
@@ -63,7 +64,7 @@ def places(camera: CameraModel) -> np.ndarray:
 def test_predicted_pixels_are_those_of_the_exact_chain(sea, name):
     camera = CAMERAS[name]
     where = places(camera)
-    predicted = linearise(sight(camera), np.zeros(7), where)
+    predicted = linearise(sight(camera), np.zeros(COUNT), where)
     np.testing.assert_allclose(predicted.pixels, PIXELS, atol=1e-3)
     latitude, longitude = LOCAL.places(where)
     exact, _ = sea.project_to_image(camera_pose(), camera, latitude, longitude)
@@ -80,9 +81,9 @@ def test_derivatives_by_place_and_platform_are_differences_of_the_pixels(name):
         return linearise(seen, errors, positions).pixels
 
     # Small errors, as the axes do not turn with the camera: the derivative is exact at zero.
-    linear = linearise(seen, np.zeros(7), where)
-    for column in range(7):
-        step = np.zeros(7)
+    linear = linearise(seen, np.zeros(COUNT), where)
+    for column in range(COUNT):
+        step = np.zeros(COUNT)
         step[column] = 1e-5
         difference = (pixels(step, where) - pixels(-step, where)) / 2e-5
         scale = np.abs(linear.by_platform[:, :, column]).max()
@@ -90,7 +91,9 @@ def test_derivatives_by_place_and_platform_are_differences_of_the_pixels(name):
     for column in range(2):
         step = np.zeros(2)
         step[column] = 1e-3
-        difference = (pixels(np.zeros(7), where + step) - pixels(np.zeros(7), where - step)) / 2e-3
+        difference = (
+            pixels(np.zeros(COUNT), where + step) - pixels(np.zeros(COUNT), where - step)
+        ) / 2e-3
         np.testing.assert_allclose(linear.by_place[:, :, column], difference, atol=5e-3)
 
 
@@ -107,10 +110,10 @@ def test_corrections_and_their_axes_mean_the_same_as_in_single_points():
     """Taking errors out of the pose puts a robot where `locate` puts it from the true pose."""
     camera = CAMERAS["pinhole"]
     seen, true = sight(camera), places(camera)
-    wrong = linearise(seen, np.zeros(7), true).pixels
-    right = linearise(seen, ERRORS * [1, 1, 1, 1, 1, 1, 0], true).pixels
+    wrong = linearise(seen, np.zeros(COUNT), true).pixels
+    right = linearise(seen, ERRORS * ([1] * LATENCY + [0]), true).pixels
     assert np.abs(wrong - right).max() > 5.0
-    pose = seen.pose(ERRORS * [1, 1, 1, 1, 1, 1, 0])
+    pose = seen.pose(ERRORS * ([1] * LATENCY + [0]))
     optical = (on_water_surface(true) - pose.position) @ pose.optical
     np.testing.assert_allclose(optical[:, :2] / optical[:, 2:] @ MATRIX[:2, :2].T + MATRIX[:2, 2],
                                right, atol=1e-9)  # fmt: skip
@@ -119,16 +122,16 @@ def test_corrections_and_their_axes_mean_the_same_as_in_single_points():
 def test_an_applied_latency_is_not_applied_twice():
     camera = CAMERAS["pinhole"]
     where = places(camera)
-    late = np.array([0.0, 0, 0, 0, 0, 0, 0.4])
+    late = np.array([0.0] * LATENCY + [0.4])
     here = linearise(sight(camera, applied=0.4), late, where).pixels
-    np.testing.assert_allclose(here, linearise(sight(camera), np.zeros(7), where).pixels)
+    np.testing.assert_allclose(here, linearise(sight(camera), np.zeros(COUNT), where).pixels)
     moved = linearise(sight(camera), late, where).pixels
     pose = sight(camera).measured
     before = type(pose)(
         pose.position - 0.4 * RATES[:3], rotation_matrix(-0.4 * RATES[3:]) @ pose.rotation
     )
     earlier = CameraView.of(camera, before, RATES, 0.0)
-    np.testing.assert_allclose(moved, linearise(earlier, np.zeros(7), where).pixels, atol=1e-9)
+    np.testing.assert_allclose(moved, linearise(earlier, np.zeros(COUNT), where).pixels, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -142,4 +145,4 @@ def test_rotation_vectors_and_matrices(vector):
 
 def test_a_robot_behind_the_camera_is_not_seen():
     behind = MapPose.of(camera_pose(), LOCAL).position[:2] - [200.0, 200.0]
-    assert not linearise(sight(CAMERAS["pinhole"]), np.zeros(7), behind[None]).seen.any()
+    assert not linearise(sight(CAMERAS["pinhole"]), np.zeros(COUNT), behind[None]).seen.any()

@@ -13,7 +13,7 @@ from aerial_gnss_ros.core.config.noise import Noise
 from aerial_gnss_ros.core.models.platform_model import (
     ANGLES,
     COUNT,
-    HEADING,
+    DEVIATION,
     HEIGHT,
     LATENCY,
     PLATFORM,
@@ -31,10 +31,10 @@ STATED = Noise(
 
 def test_each_error_has_its_variance_in_si():
     radians = np.radians([0.3, 0.6, 1.2])
-    expected = dict(zip(PLATFORM, [2.0, 2.0, 0.5, *radians, 0.1], strict=True))
+    expected = dict(zip(PLATFORM, [2.0, 2.0, 0.5, *radians, 0.0, 0.0, 0.1], strict=True))
     covariance = PlatformModel(STATED, "earth", exact=True).stationary(None)
     np.testing.assert_allclose(np.sqrt(covariance.diagonal()), list(expected.values()))
-    assert np.count_nonzero(covariance) == COUNT
+    assert np.count_nonzero(covariance) == COUNT - 2
     assert math.sqrt(covariance[HEIGHT, HEIGHT]) == pytest.approx(expected["height"])
     assert math.sqrt(covariance[LATENCY, LATENCY]) == pytest.approx(expected["latency"])
     assert PLATFORM[ANGLES] == ("roll", "pitch", "heading")
@@ -43,12 +43,15 @@ def test_each_error_has_its_variance_in_si():
 def test_height_and_angles_may_be_larger_than_stated_but_drift_no_faster():
     model, stated = PlatformModel(STATED, "earth"), PlatformModel(STATED, "earth", exact=True)
     # Student's t of 5 degrees of freedom has 5 / (5 - 2) times the variance of its Gaussian.
-    np.testing.assert_allclose(model.wider, [1.0, 1.0, *[5.0 / 3.0] * 4, 1.0])
-    np.testing.assert_allclose(model.nominal, stated.nominal * model.wider)
+    np.testing.assert_allclose(model.wider, [1.0, 1.0, *[5.0 / 3.0] * 4, 1.0, 1.0, 1.0])
+    iron = math.radians(0.5 * 1.2) ** 2  # no parameter states it
+    of_iron = np.diag([*[0.0] * 6, iron, iron, 0.0])
+    np.testing.assert_allclose(model.nominal, stated.nominal * model.wider + of_iron)
+    np.testing.assert_allclose(model.stated(model.nominal), stated.nominal, atol=1e-15)
 
     def drift(one: PlatformModel) -> np.ndarray:
         """Variances by which errors change within 0.1 s."""
-        return (1.0 - one.decay(0.1) ** 2) * one.nominal.diagonal()
+        return np.delete((1.0 - one.decay(0.1) ** 2) * one.nominal.diagonal(), DEVIATION)
 
     np.testing.assert_allclose(drift(model), drift(stated), rtol=1e-3)
 
@@ -82,18 +85,27 @@ def test_errors_fade_with_their_correlation_times():
     np.testing.assert_allclose(kept[:LATENCY], 1.0 / math.e)
     assert kept[LATENCY] == pytest.approx(math.exp(-100.0 / TUNING.latency_time_s))
 
-    # The compass deviates by heading: 4 rad count as 100 s, to either side.
-    model = PlatformModel(STATED, "earth")
-    turned = model.decay(100.0, turned_rad=4.0) / model.decay(100.0)
-    np.testing.assert_allclose(turned, [1.0] * HEADING + [math.exp(-0.6), 1.0])
-    exact = PlatformModel(STATED, "earth", exact=True)
-    assert exact.decay(100.0, turned_rad=4.0).tolist() == exact.decay(100.0).tolist()
     white = PlatformModel(Noise(correlation_time_s=0.0), "earth").decay(0.1)
     assert white[:LATENCY].tolist() == [0.0] * LATENCY
     assert white[LATENCY] == pytest.approx(1.0, abs=1e-4)
 
 
 def test_errors_that_are_switched_off_are_not_reported():
-    found = named_errors(np.arange(7.0), np.diag([4.0, 1.0, 0.25, 0.0, 1e-4, 1e-4, 0.0]))
+    variances = np.diag([4.0, 1.0, 0.25, 0.0, 1e-4, 1e-4, 0.0, 0.0, 0.0])
+    found = named_errors(np.arange(9.0), variances, np.eye(3))
     assert [one.name for one in found] == ["gnss_east", "gnss_north", "height", "pitch", "heading"]
     assert [(one.value, one.sigma) for one in found][2:4] == [(2.0, 0.5), (4.0, 0.01)]
+
+
+@pytest.mark.parametrize("azimuth_deg", [0.0, 30.0, 90.0, 200.0])
+def test_the_heading_that_is_published_contains_the_deviation(azimuth_deg):
+    azimuth = math.radians(azimuth_deg)
+    east, north = math.sin(azimuth), math.cos(azimuth)
+    axes = np.array([[east, -north, 0.0], [north, east, 0.0], [0.0, 0.0, 1.0]])
+    mean = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.01, 0.03, 0.05, 0.2])
+    variances = np.diag([1.0, 1.0, 1.0, 1.0, 1.0, 0.25, 0.09, 0.16, 0.04])
+    found = {one.name: one for one in named_errors(mean, variances, axes)}
+    assert len(found) == 7
+    assert found["heading"].value == pytest.approx(0.01 + 0.03 * east + 0.05 * north)
+    assert found["heading"].sigma ** 2 == pytest.approx(0.25 + 0.09 * east**2 + 0.16 * north**2)
+    assert (found["latency"].value, found["latency"].sigma) == pytest.approx((0.2, 0.2))

@@ -106,7 +106,7 @@ def test_a_surveyed_point_corrects_every_robot(sea, plain):
     receiver = {one.name: one for one in results[-1].platform}
     for name, off in zip(("gnss_east", "gnss_north"), OFF, strict=True):
         assert abs(receiver[name].value + off) < 2.0 * receiver[name].sigma
-        assert receiver[name].sigma < 0.6
+        assert receiver[name].sigma < 0.65
 
 
 def test_one_that_is_removed_in_flight_tells_no_more(sea):

@@ -103,7 +103,7 @@ def test_two_that_come_back_as_likely_either_way_get_new_names(sea, east, names,
     last = sea.play(engine, world, 20.0)[-1].estimates
     assert [one.robot_id for one in last] == names
     assert len([one for one in engine.take_events() if "its label ends" in one]) == ended
-    assert max(np.trace(one.covariance[:2, :2]) for one in last) < 4.0  # no doubt of names
+    assert max(np.trace(one.covariance[:2, :2]) for one in last) < 4.5  # no doubt of names
 
 
 @pytest.mark.parametrize(

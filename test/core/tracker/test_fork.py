@@ -11,6 +11,7 @@ from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.faults.rotation_fault import RotationFault
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
 from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.tracker.fork import TUNING as FORK
 from aerial_gnss_ros.core.tracker.fork import Fork
 from aerial_gnss_ros.core.values.estimates import State
@@ -79,8 +80,10 @@ def test_what_it_keeps_does_not_change_with_the_tracks():
 
 
 def test_it_says_how_far_robots_are_from_where_these_should_be():
-    joint = JointState(np.diag([1.0, 1.0, 0.1, 1e-4, 1e-4, 1e-4, 0.0]))
-    joint.add(np.arange(3), np.zeros((3, 2)), np.zeros((3, 2, 7)), np.tile(np.eye(2), (3, 1, 1)), 1)
+    joint = JointState(np.diag([1.0, 1.0, 0.1, 1e-4, 1e-4, 1e-4, 0.0, 0.0, 0.0]))
+    joint.add(
+        np.arange(3), np.zeros((3, 2)), np.zeros((3, 2, COUNT)), np.tile(np.eye(2), (3, 1, 1)), 1
+    )
     fork = Fork.of(SECOND, _fork().tracks, [joint])
     joint.mean += 7.0  # of the filter, which goes on
     mean = np.array([[9.0, 9.0], [2.4, 0.0], [0.0, -2.5]])
@@ -94,7 +97,7 @@ def test_it_says_how_far_robots_are_from_where_these_should_be():
 
 def test_its_robots_have_one_camera_and_not_that_of_the_filter():
     camera = RotationFault()
-    groups = [JointState(np.eye(7), camera), JointState(np.eye(7), camera)]
+    groups = [JointState(np.eye(COUNT), camera), JointState(np.eye(COUNT), camera)]
     fork = Fork.of(SECOND, [], groups)
     kept = fork.groups[0].rotation_fault
     assert kept is fork.groups[1].rotation_fault

@@ -11,6 +11,7 @@ import pytest
 
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.models.platform_model import COUNT
 from aerial_gnss_ros.core.tracker.publication import published, with_white
 from aerial_gnss_ros.core.values.estimates import MapDatum, State
 
@@ -27,10 +28,11 @@ def table(*labels):
     joint = SimpleNamespace(
         moments=lambda: (mean.copy(), np.tile(np.eye(4), (len(labels), 1, 1))),
         add_fault_covariances=lambda *_: None,
-        platform=(np.arange(7.0), np.diag([4.0, *[0.0] * 6])),
+        platform=(np.arange(float(COUNT)), np.diag([4.0, *[0.0] * 8])),
     )
     moored = SimpleNamespace(publish=lambda *_: None)
     joint.laws, joint.groups = SimpleNamespace(moored=moored), []
+    joint.trajectory = SimpleNamespace(view=None)
     return SimpleNamespace(tracks=tracks, filter=joint)
 
 
@@ -59,7 +61,7 @@ def test_references_move_robots_and_the_receiver_s_offset():
     def apply(_tracks, mean, covariance, _stamp_ns):
         mean[:, 0] += 5.0
         covariance[:, 0, 0] = 0.25
-        return np.full(7, 5.0), np.diag([0.25, *[0.0] * 6])
+        return np.full(COUNT, 5.0), np.diag([0.25, *[0.0] * 8])
 
     known, told = SimpleNamespace(apply=apply, published=None, turned=lambda *_: {}), []
     seen = table("aqua_1")
