@@ -24,7 +24,7 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion
 LIMITS = {
     "DJI_0011_d3": (0.9, 1.1),
     "DJI_0032": (0.85, 1.1),
-    "DJI_0063": (0.9, 1.1),
+    "DJI_0063": (0.9, 1.15),
     "NorthSea_Fri_DJI_0113": (0.9, 1.15),
     "NorthSea_Fri_DJI_0114": (0.57, 1.15),
     "NorthSea_Fri_DJI_0116": (0.73, 1.4),

@@ -16,6 +16,7 @@ from aerial_gnss_ros.core.filter.linearization import CameraView
 from aerial_gnss_ros.core.filter.moored_mixture import MooredMixture
 from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
 
@@ -67,6 +68,30 @@ class AlternativeLaws:
         if self.moored is not None:
             keep = self._model.decay(seconds)
             self.moored.predict(groups, seconds, keep, stationary, motion)
+
+    def correct_alone(
+        self,
+        group: JointState,
+        first: bool,
+        slots: Indices,
+        pixels: Array,
+        view: CameraView,
+        level: float,
+    ) -> None:
+        """Correct what a group has corrected alone (see `update.correct`).
+
+        Args:
+            group: the joint state.
+            first: whether it is the first group.
+            slots: (m,) of its robots.
+            pixels: (m, 2) of their boxes.
+            view: the camera.
+            level: factor by which white noise is larger than stated.
+        """
+        if self.moored is not None:
+            self.moored.correct_alone(group, slots, pixels, view, self._model, level)
+        if first:
+            self.times.correct_alone(slots, pixels, view, level)
 
     def update(
         self,

@@ -130,6 +130,15 @@ class CorrelationTimes:
         model.correlation_time_s, self._other_s = self._other_s, model.correlation_time_s
         return True
 
+    def correct_alone(self, slots: Indices, pixels: Array, view: CameraView, level: float) -> None:
+        """Correct what the joint state has corrected alone (see `update.correct`)."""
+        if self._base is None or not self._is_same():
+            return
+        try:
+            correct(self._law, slots, pixels, view, self._model, level=level, alone=True)
+        except np.linalg.LinAlgError:
+            self.restart()
+
     def inflate_velocities(self, slots: Indices, speeds: Array, seconds: float) -> None:
         """Inflate velocities as those of the joint state (see `JointState`)."""
         if self.runs and self._is_same():

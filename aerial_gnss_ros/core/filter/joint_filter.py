@@ -211,7 +211,7 @@ class JointFilter(CameraFaults):
                 if len(outcome.refused):
                     self.log.warn_once("too fast", _TOO_FAST.format(self.motions.words))
             if len(others):
-                outcome = self._correct(group, others, pixels[others], view, True)
+                outcome = self._correct_alone(group, others, pixels, view)
                 refused.append(group.rows[outcome.refused])
                 if due:
                     tentative.append(self._in_view(group, others))
@@ -247,6 +247,16 @@ class JointFilter(CameraFaults):
         group.doubt_platform(group.manoeuvre_noise.take_underestimated(), self._stationary)
         if first:
             self.laws.times.doubt_platform(self._stationary)
+        return outcome
+
+    def _correct_alone(
+        self, group: JointState, slots: Indices, pixels: Array, view: CameraView
+    ) -> Outcome:
+        """Correct robots (m,) of a group, and of the laws beside it, by boxes (n, 2) alone."""
+        outcome = self._correct(group, slots, pixels[slots], view, True)
+        if not self.restarts.late:
+            first, used = group is self._groups[0], outcome.slots
+            self.laws.correct_alone(group, first, used, pixels[used], view, self.noise.level)
         return outcome
 
     def _correct(

@@ -34,6 +34,7 @@ from aerial_gnss_ros.core.filter.moored_law import MooredLaw
 from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
+from aerial_gnss_ros.core.filter.update import correct
 from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
@@ -163,6 +164,18 @@ class MooredHypothesis:
             if self.law is not None:
                 self._adapt(self.law)
             self._ask()
+
+    def correct_alone(
+        self, slots: Indices, pixels: Array, view: CameraView, model: PlatformModel, level: float
+    ) -> None:
+        """Correct what `base` has corrected alone (see `update.correct`)."""
+        if self.law is None:
+            return
+        self._sync(self.law)
+        try:
+            correct(self.law, self.places()[slots], pixels, view, model, level=level, alone=True)
+        except np.linalg.LinAlgError:
+            self.reset()
 
     @property
     def odds(self) -> float:

@@ -22,6 +22,7 @@ from aerial_gnss_ros.core.filter.moored_law import MooredLaw
 from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.recalibration import CalibrationChange, likelier, recalibrate
 from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.evidence import UNCLEAR
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel
@@ -85,6 +86,13 @@ class MooredGroup:
         odds = np.exp(logs - logs.max())
         shares: Array = odds / odds.sum()
         return shares
+
+    def correct_alone(
+        self, slots: Indices, pixels: Array, view: CameraView, model: PlatformModel, level: float
+    ) -> None:
+        """Correct what `base` has corrected alone (see `update.correct`)."""
+        for one in self.both:
+            one.correct_alone(slots, pixels, view, model, level)
 
     def publish(
         self,
@@ -195,6 +203,18 @@ class MooredMixture:
     ) -> None:
         """Take in an image that a group has taken in already (see `MooredHypothesis`)."""
         self._of(group).update(outcome, pixels, view, model, level)
+
+    def correct_alone(
+        self,
+        group: JointState,
+        slots: Indices,
+        pixels: Array,
+        view: CameraView,
+        model: PlatformModel,
+        level: float,
+    ) -> None:
+        """Correct what a group has corrected alone (see `update.correct`)."""
+        self._of(group).correct_alone(slots, pixels, view, model, level)
 
     def publish(
         self,

@@ -13,7 +13,7 @@ import pytest
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.filter.casting_off import CastingOff
 from aerial_gnss_ros.core.filter.moored import TUNING, MooredHypothesis
-from aerial_gnss_ros.core.filter.moored_law import CURRENT
+from aerial_gnss_ros.core.filter.moored_law import CURRENT, given_errors
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import COUNT, HEADING
@@ -374,6 +374,29 @@ def test_one_robot_alone_is_not_known_to_stay_or_drift():
         one.law.sway[1:] = 0.0
         one.predict(STEP_S, None, None, MOTION)
         assert one.law is None
+
+
+def test_boxes_of_a_robot_without_a_label_count_in_all_laws(sea):
+    world = sea.World(robots={**robots(), "late": lambda _t: (6.0, 24.0)}, **ORBIT)
+    world.hidden = lambda name, t: name == "late" and t < 12.0
+    engine = sea.estimator(RTK)
+    sea.play(engine, world, 12.2, until_flush=False)
+    table = engine._tracks.pipeline.tracking.table
+    base, times = table.filter.groups[0], table.filter.laws.times
+    (row,) = [i for i, track in enumerate(table.tracks) if not track.robot_id]
+    (slot,) = np.flatnonzero(base.rows == row)
+
+    def unsure(law, slot):
+        """Variance of where a robot is if the platform were known, m²."""
+        _, own, with_errors = law.positions()
+        return np.trace(given_errors(own, with_errors, law.covariance[:COUNT, :COUNT])[slot])
+
+    assert len(laws(engine)) > 0
+    for law, place in [
+        (times._law, slot),
+        *((one.law, one.places()[slot]) for one in laws(engine)),
+    ]:
+        assert unsure(law, place) < 1.5 * unsure(base, slot)
 
 
 @pytest.mark.parametrize("adrift", [False, True])
