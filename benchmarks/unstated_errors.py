@@ -1,0 +1,258 @@
+# Copyright 2026 aerial_gnss_ros developers
+# SPDX-License-Identifier: Apache-2.0
+"""Recorded flights with one input made wrong, replayed with default parameters.
+
+python benchmarks/unstated_errors.py --markdown docs/results/unstated_errors.md
+
+A flight is a bag NAME with boxes on the canonical topics beside NAME.truth.json, which has the
+robots' places at each image (`stamp_ns`, `lat`, `lon`, `seen`). Messages are changed as they are
+read. Of the last third: confirmed positions by the robots in view, root mean square of their errors
+and of what is published (medians over flights), the share of all whose squared distance from the
+nearest robot is above 13.8 (one in a thousand of a right covariance), the names of all flights;
+then that share, and the error, of each flight. `--only` chooses cases.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import one_thread  # noqa: F401 - before numpy
+
+# isort: split
+import numpy as np
+from tables import columns, show
+from turned import CONFIDENT
+
+from aerial_gnss_ros.bags.reader import BagReader, open_bag
+from aerial_gnss_ros.bags.replay import Replay
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, quaternion_from_matrix
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
+from aerial_gnss_ros.core.geometry.gimbal import error_axes
+from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
+from aerial_gnss_ros.core.values.estimates import MapDatum, State
+from aerial_gnss_ros.detection.config import DetectorConfig
+
+Change = Callable[[Any, float], None]
+"""Changes a message, some seconds after the first one."""
+
+
+def higher(by_m: float, by_mps: float = 0.0) -> Change:
+    """Return the change of a height that is too large, and ever more so."""
+
+    def change(message: Any, t: float) -> None:
+        message.data += by_m + by_mps * t
+
+    return change
+
+
+def turned(axis: int, by_deg: Callable[[float], float]) -> Change:
+    """Return the change of a camera that seems to be turned about one of `error_axes`.
+
+    Args:
+        axis: 0 roll, 1 pitch, 2 heading.
+        by_deg: the angle by the camera's azimuth, rad.
+    """
+
+    def change(message: Any, _t: float) -> None:
+        q = message.quaternion
+        camera = matrix_from_quaternion((q.x, q.y, q.z, q.w))
+        axes = error_axes(camera)
+        angle = math.radians(by_deg(math.atan2(axes[0, 0], axes[1, 0])))
+        q.x, q.y, q.z, q.w = quaternion_from_matrix(rotation_matrix(angle * axes[:, axis]) @ camera)
+
+    return change
+
+
+def longer(factor: float) -> Change:
+    """Return the change of a focal length that is stated too long."""
+
+    def change(message: Any, _t: float) -> None:
+        message.k, message.p = message.k.copy(), message.p.copy()
+        for places, matrix in (((0, 4), message.k), ((0, 5), message.p)):
+            for place in places:
+                matrix[place] *= factor
+
+    return change
+
+
+def coarse(by_px: float) -> Change:
+    """Return the change of boxes that a network places on a grid."""
+
+    def change(message: Any, _t: float) -> None:
+        for box in message.detections:
+            place = box.bbox.center.position
+            place.x, place.y = (by_px * round(one / by_px) for one in (place.x, place.y))
+
+    return change
+
+
+CASES: dict[str, tuple[str, Change]] = {
+    "nothing": ("/height", higher(0.0)),
+    "height 2 m": ("/height", higher(2.0)),
+    "height -2 m": ("/height", higher(-2.0)),
+    "height 0.03 m/s": ("/height", higher(0.0, 0.03)),
+    "height 0.1 m/s": ("/height", higher(0.0, 0.1)),
+    "roll 2 deg": ("/gimbal", turned(0, lambda _azimuth: 2.0)),
+    "pitch 2 deg": ("/gimbal", turned(1, lambda _azimuth: 2.0)),
+    "pitch -2 deg": ("/gimbal", turned(1, lambda _azimuth: -2.0)),
+    "heading 5 deg": ("/gimbal", turned(2, lambda _azimuth: 5.0)),
+    "heading 10 deg": ("/gimbal", turned(2, lambda _azimuth: 10.0)),
+    "deviation 3 deg": ("/gimbal", turned(2, lambda azimuth: 3.0 * math.sin(azimuth))),
+    "deviation 5 deg": ("/gimbal", turned(2, lambda azimuth: 5.0 * math.sin(azimuth + 1.0))),
+    "deviation 10 deg": ("/gimbal", turned(2, lambda azimuth: 10.0 * math.sin(azimuth))),
+    "focal length +5 %": ("/camera/camera_info", longer(1.05)),
+    "focal length +10 %": ("/camera/camera_info", longer(1.1)),
+    "focal length -10 %": ("/camera/camera_info", longer(0.9)),
+    "boxes on 16 px": ("/detections", coarse(16.0)),
+}
+"""Topic and change by name. Deviation: of the compass, by iron on board, at its worst azimuth."""
+
+
+class Wrong:
+    """A bag whose messages on one topic are changed as they are read."""
+
+    def __init__(self, bag: BagReader, topic: str, change: Change) -> None:
+        self._bag, self._topic, self._change = bag, topic, change
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bag, name)
+
+    def messages(self, topics: Sequence[str]) -> Iterator[Any]:
+        """Yield the messages of the bag."""
+        begin: int | None = None
+        for recorded in self._bag.messages(topics):
+            begin = recorded.log_ns if begin is None else begin
+            if recorded.topic != self._topic:
+                yield recorded
+                continue
+            message = recorded.message()
+            self._change(message, 1e-9 * (recorded.log_ns - begin))
+            yield Changed(recorded, message)
+
+
+class Changed:
+    """A recorded message with another content."""
+
+    def __init__(self, recorded: Any, message: Any) -> None:
+        self._recorded, self._message = recorded, message
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._recorded, name)
+
+    def message(self) -> Any:
+        """Return the content."""
+        return self._message
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What became of a flight's last third.
+
+    Attributes:
+        case: what was wrong.
+        flight: its name.
+        positions: confirmed ones, by the robots in view.
+        wrong: the share of these that are wrong and confident.
+        error_m: root mean square of their distance.
+        sigma_m: root mean square of what is published.
+        names: how many of them had positions.
+    """
+
+    case: str
+    flight: str
+    positions: float
+    wrong: float
+    error_m: float
+    sigma_m: float
+    names: int
+
+
+def unused(_config: DetectorConfig) -> Any:
+    """Raise: these bags have boxes.
+
+    Raises:
+        AssertionError: always.
+    """
+    raise AssertionError("the bag has no boxes")
+
+
+def fly(case: str, path: Path) -> Figures:
+    """Replay a flight with one input wrong."""
+    truth = json.loads(path.with_name(f"{path.name}.truth.json").read_text())
+    image_of = {stamp: i for i, stamp in enumerate(truth["stamp_ns"])}
+    lat, lon = np.radians(truth["lat"]), np.radians(truth["lon"])
+    seen = np.array(truth["seen"])
+    local = LocalMap(MapDatum(lat[0, 0], lon[0, 0], 0.0))
+    first = 2 * len(seen) // 3
+    found, names = [], set()
+    with open_bag([path]) as bag:
+        wrong = Wrong(bag, *CASES[case])
+        for result in Replay(wrong, estimator_config({}), DetectorConfig(), unused).results():
+            image = image_of.get(result.stamp_ns, -1)
+            if image < first:
+                continue
+            robots = local.positions(lat[image], lon[image])[:, :2]
+            for one in result.estimates:
+                if one.state is not State.CONFIRMED:
+                    continue
+                place = local.positions(np.array([one.latitude]), np.array([one.longitude]))[0, :2]
+                off = robots - place
+                off = off[np.argmin(np.hypot(*off.T))]
+                spread = one.covariance[:2, :2]
+                found.append((off @ off, np.trace(spread), off @ np.linalg.solve(spread, off)))
+                names.add(one.robot_id)
+    squared, spread, odd = np.array(found).reshape(-1, 3).T
+    return Figures(
+        case, path.name, len(found) / max(int(seen[first:].sum()), 1),
+        float(np.mean(odd > CONFIDENT)) if found else math.nan,
+        *(math.sqrt(one.mean()) if found else math.nan for one in (squared, spread)), len(names),
+    )  # fmt: skip
+
+
+def table(every: Sequence[Figures], flights: Sequence[str]) -> str:
+    """Return a row for each case: all flights, and the share of each that is wrong."""
+    rows = []
+    for case in dict.fromkeys(one.case for one in every):
+        of_case = {one.flight: one for one in every if one.case == case}
+        weights = np.array([one.positions for one in of_case.values()])
+        middle = [
+            f"{np.median([getattr(one, name) for one in of_case.values()]):.2f}"
+            for name in ("positions", "error_m", "sigma_m")
+        ]
+        wrong = np.nansum(weights * [one.wrong for one in of_case.values()]) / weights.sum()
+        names = sum(one.names for one in of_case.values())
+        each = [
+            f"{100 * of_case[name].wrong:.0f} ({of_case[name].error_m:.2f} m)" for name in flights
+        ]
+        rows.append([case, *middle, f"{100 * wrong:.1f}", str(names), *each])
+    heads = ["wrong", "positions", "error m", "sigma m", "outside %", "names"]
+    return columns(heads + list(flights), rows)
+
+
+def main() -> None:
+    """Fly, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    folder = Path("../shared/data/independent_flights")
+    parser.add_argument("--flights", type=Path, default=folder, help="folder of the flights")
+    parser.add_argument("--only", nargs="+", choices=CASES, default=list(CASES))
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--markdown", type=Path, metavar="FILE")
+    args = parser.parse_args()
+    flights = sorted(one for one in args.flights.iterdir() if one.is_dir())
+    runs = list(product(args.only, flights))
+    with ProcessPoolExecutor(args.processes) as pool:
+        every = list(pool.map(fly, *zip(*runs, strict=True)))
+    show(table(every, [path.name for path in flights]), args.markdown)
+
+
+if __name__ == "__main__":
+    main()
