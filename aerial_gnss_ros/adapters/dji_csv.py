@@ -65,7 +65,7 @@ def read_csv(path: Path, rate_hz: float) -> DjiLog:
         ),
         refused=tuple(refused),
         statements=_statements(columns, rate_hz, relative),
-        guesses=_guesses(columns, relative, float(values["height"].min()), _most_angle(values)),
+        guesses=_guesses(columns, relative, values),
         recordings_s=_recordings(columns, [rows[i] for i in kept], times),
         clock_ns=log_start_ns(columns, [rows[i] for i in kept], times),
     )
@@ -200,7 +200,7 @@ def _statements(columns: Columns, rate_hz: float, relative: bool) -> tuple[str, 
     return f"height: {name} ({columns.unit}), {kind}", attitude, gimbal, f"time: {time}", *more
 
 
-def _guesses(columns: Columns, relative: bool, lowest: float, most_angle: float) -> tuple[str, ...]:
+def _guesses(columns: Columns, relative: bool, values: dict[str, Array]) -> tuple[str, ...]:
     absent = [
         words
         for key, words in (
@@ -210,7 +210,7 @@ def _guesses(columns: Columns, relative: bool, lowest: float, most_angle: float)
         )
         if key not in columns
     ]
-    guesses = [height_guess(lowest)]
+    guesses = [height_guess(float(values["height"].min()))]
     if absent:
         guesses.append(f"not recorded, so assumed: {'; '.join(absent)}")
     if relative:
@@ -218,9 +218,16 @@ def _guesses(columns: Columns, relative: bool, lowest: float, most_angle: float)
             f"gimbal yaw: {columns.name('gimbal_yaw')} stays near 0 while the nose turns, so it "
             "is assumed relative to the nose, not to north"
         )
+    most_angle = _most_angle(values)
     if most_angle <= math.tau:
         guesses.append(
             f"angles: assumed in degrees, though none is beyond {most_angle:.4g}, so that all "
+            "could be radians; if they are, convert them to degrees and import again"
+        )
+    north, east = (float(np.abs(values[name]).max()) for name in ("latitude", "longitude"))
+    if north <= 0.5 * math.pi and east <= math.pi:
+        guesses.append(
+            f"positions: assumed in degrees, so in the Gulf of Guinea; {north:.4g}, {east:.4g} "
             "could be radians; if they are, convert them to degrees and import again"
         )
     if not has_unit(columns):

@@ -76,6 +76,7 @@ class Recorded:
         return self._bag.decode(self._connection, self.raw, self.log_ns)
 
 
+_MOST_NAMED = 5  # bags in a folder
 _MOST_METADATA = 50_000_000  # bytes; a bag split into thousands of files has megabytes
 
 
@@ -233,16 +234,27 @@ def _check_paths(paths: Sequence[Path]) -> None:
         raise InputError(f"{', '.join(missing)} {are} not exist; give {_KINDS}.")
     for path in paths:
         if path.is_dir() and not (path / "metadata.yaml").is_file():
-            raise InputError(
-                f"{path} is not a bag: the folder has no metadata.yaml. Give its .mcap or .db3 "
-                "files, or make one with `ros2 bag reindex`."
-            )
+            why = "the folder has no metadata.yaml"
+            raise InputError(f"{path} is not a bag: {why}. {_inside(path)}")
         if path.is_file() and path.suffix not in BAG_ENDINGS:
             raise InputError(f"{path} is not a bag; give {_KINDS}.")
     seen = [path.resolve() for path in paths]
     twice = sorted({str(path) for path in seen if seen.count(path) > 1})
     if twice:
         raise InputError(f"{', '.join(twice)} is given twice; give each bag once.")
+
+
+def _inside(folder: Path) -> str:
+    """Return which bags a folder that is none holds."""
+    bags = sorted(
+        str(one)
+        for one in folder.iterdir()
+        if (one / "metadata.yaml").is_file() or (one.is_file() and one.suffix in BAG_ENDINGS)
+    )
+    if not bags:
+        return "Nothing in it is a bag either."
+    shown = ", ".join(bags[:_MOST_NAMED]) + (", …" if len(bags) > _MOST_NAMED else "")
+    return f"It holds {shown}: give these, or those of one flight."
 
 
 def _topics(bags: Sequence[_Bag]) -> dict[str, Topic]:

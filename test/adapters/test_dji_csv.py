@@ -78,6 +78,17 @@ def test_a_gimbal_yaw_that_is_from_the_nose_is_found_out(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("place", "asked"),
+    [("0.23,-1.04", True), ("-1.57,3.14", True), ("1.6,0.1", False), ("0.2,-59", False)],
+)
+def test_places_that_could_be_radians_are_asked_about(tmp_path, place, asked):
+    header = "OSD.latitude,OSD.longitude,OSD.height [m],OSD.pitch,OSD.yaw,GIMBAL.pitch\n"
+    path = tmp_path / "log.csv"
+    path.write_text(header + f"{place},20,0,0,-80\n{place},20,0,90,-90\n")
+    assert any("Guinea" in guess for guess in read_dji_log(path).guesses) is asked
+
+
+@pytest.mark.parametrize(
     ("yaw", "pitch", "asked"),
     [("4.1068", "-1.5708", True), ("-3.1416", "0", True), ("6.3", "0", False), ("0", "-90", False)],
 )

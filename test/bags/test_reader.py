@@ -115,7 +115,13 @@ def test_what_is_not_a_bag_is_refused(tmp_path):
     (tmp_path / "text.bag").write_text("hello")
     with pytest.raises(InputError, match=r"notes.txt is not a bag; give a rosbag2 folder"):
         open_bag(tmp_path / "notes.txt")
-    with pytest.raises(InputError, match=r"folder is not a bag: the folder has no metadata.yaml"):
+    with pytest.raises(InputError, match=r"folder is not a bag: the folder has no metadata"):
+        open_bag(tmp_path / "folder")
+    for name in "ab":
+        (tmp_path / f"folder/{name}").mkdir()
+        (tmp_path / f"folder/{name}/metadata.yaml").write_text("")
+    (tmp_path / "folder/c.mcap").write_text("")
+    with pytest.raises(InputError, match=r"It holds .*folder/a, .*folder/b, .*folder/c.mcap: give"):
         open_bag(tmp_path / "folder")
     with pytest.raises(InputError, match=r"is given twice"):
         open_bag([tmp_path / "text.bag", tmp_path / "text.bag"])

@@ -143,7 +143,7 @@ def test_diagnostics_tell_inputs_robots_and_refusals(ros, hovering):
     assert counts["boxes_used"] > 1
     assert any(key.startswith("ms_") for key in values["positions"])
     assert lines["stated noise"].message == "not judged yet"  # six boxes are too few
-    assert float(values["stated noise"]["heading_sigma_deg"]) == pytest.approx(1.94, abs=0.01)
+    assert float(values["stated noise"]["heading_sigma_deg"]) == pytest.approx(2.0, abs=0.01)
 
 
 def test_images_without_a_stamp_are_an_error_that_names_them(ros, hovering):

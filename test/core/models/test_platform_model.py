@@ -44,7 +44,7 @@ def test_height_and_angles_may_be_larger_than_stated_but_drift_no_faster():
     model, stated = PlatformModel(STATED, "earth"), PlatformModel(STATED, "earth", exact=True)
     # Student's t of 5 degrees of freedom has 5 / (5 - 2) times the variance of its Gaussian.
     np.testing.assert_allclose(model.wider, [1.0, 1.0, *[5.0 / 3.0] * 4, 1.0, 1.0, 1.0])
-    iron = math.radians(0.5 * 1.2) ** 2  # no parameter states it
+    iron = math.radians(TUNING.deviates * 1.2) ** 2  # no parameter states it
     of_iron = np.diag([*[0.0] * 6, iron, iron, 0.0])
     np.testing.assert_allclose(model.nominal, stated.nominal * model.wider + of_iron)
     np.testing.assert_allclose(model.stated(model.nominal), stated.nominal, atol=1e-15)
