@@ -12,6 +12,8 @@ import pytest
 
 from aerial_gnss_ros.core.values.estimates import State
 
+pytestmark = pytest.mark.flights
+
 ROBOTS = {"a": (2.0, 18.0), "b": (-3.0, 22.0), "c": (6.0, 24.0)}
 END_S, LAST_S = 25.0, 10.0
 

@@ -11,6 +11,8 @@ import pytest
 
 from aerial_gnss_ros.core.values.estimates import State
 
+pytestmark = pytest.mark.flights
+
 LEG_M, SPEED_MPS, HEIGHT_M, FIRST_PASSES_S, END_S = 34.0, 4.0, 13.0, 20.0, 90.0
 ROBOTS = {"a": (0.0, 0.0), "b": (1.8, 1.0), "c": (4.2, -1.2), "d": (0.6, -2.6)}
 

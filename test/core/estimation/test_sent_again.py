@@ -9,6 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.flights
+
 RADIUS_M, RATE, END_S = 15.0, 0.25, 20.0
 ROBOTS = {"a": (1.0, 2.0), "b": (-2.0, -1.0), "c": (2.5, -2.5)}
 

@@ -20,6 +20,8 @@ from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
 from aerial_gnss_ros.core.values.estimates import RobotEstimate, State
 from aerial_gnss_ros.core.values.rejection import Reason
 
+pytestmark = pytest.mark.flights
+
 CONFIG = EstimatorConfig()
 
 

@@ -16,6 +16,8 @@ from aerial_gnss_ros.core.geometry.frames import (
 )
 from aerial_gnss_ros.core.values.estimates import State
 
+pytestmark = pytest.mark.flights
+
 OUT_S, BACK_S, END_S = 12.0, 16.0, 24.0
 SPEED_MPS = 0.8
 
