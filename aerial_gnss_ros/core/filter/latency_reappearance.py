@@ -33,6 +33,9 @@ class ReappearanceTuning:
     """Greatest number of boxes of an image that are looked for in the next. Judged."""
     apart_s: float = 1.5
     """Boxes of images farther apart are not compared, s. Judged."""
+    lasting: float = 9.0
+    """Factor of the variances of slow errors, 3 of their sigmas: they are the same in all pairs of
+    images, so that one of 2 sigmas would count again in each."""
     elsewhere_squared: float = 15.0
     """Upper bound of a normalised squared distance: beyond, a box shows another place. Judged."""
 
@@ -50,7 +53,7 @@ class Reappearance:
 
     def __init__(self, model: PlatformModel, motion: MotionModel) -> None:
         self._model, self._speed = model, motion.speed_sigma
-        self._slow = model.nominal[SLOW, SLOW]
+        self._slow = TUNING.lasting * model.nominal[SLOW, SLOW]
         self.reset()
 
     def reset(self) -> None:

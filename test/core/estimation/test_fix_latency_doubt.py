@@ -135,6 +135,22 @@ def test_a_turn_after_a_minute_of_an_even_circle_still_tells(sea):
     assert found_s(engine) == pytest.approx(0.3, abs=0.08)
 
 
+@pytest.mark.parametrize("off_deg", [-3.2, 3.2])
+def test_a_compass_off_by_two_sigmas_is_no_late_fix(sea, off_deg):
+    """Over robots that are stated to stay, an even circle shows both alike."""
+    rate = 2.0 * math.pi / 30.0
+    one = sea.World(
+        robots=ROBOTS, pixel_sigma=2.0, rpy_bias_deg=(0.0, 0.0, off_deg),
+        drone=lambda t: (28.0 * math.cos(rate * t), 20.0 + 28.0 * math.sin(rate * t), 30.0),
+        rpy_deg=lambda t: (0.0, 47.0, math.degrees(rate * t) + 180.0),
+    )  # fmt: skip
+    still = {"noise.robot_acceleration": 0.0, "tracks.max_speed": 0.01}
+    engine = sea.estimator(STATED | still)
+    results = sea.play(engine, one, 60.0)
+    assert found_s(engine) is None
+    assert worst(results, 20.0)[1] < 4.0
+
+
 @pytest.mark.parametrize(("late_s", "rpy_deg"), [(0.3, swaying), (0.3, steady), (0.9, steady)])
 def test_late_images_are_no_late_fix(sea, late_s, rpy_deg):
     """Where the camera does not turn they move it likewise; images are late more often."""

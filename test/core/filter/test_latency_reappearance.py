@@ -20,6 +20,8 @@ HEIGHT_M, FOCAL_PX, STEP_S, SPEED_MPS = 18.0, 900.0, 0.5, 0.4
 METRE_PX = FOCAL_PX / HEIGHT_M
 DOWN = matrix_from_rpy(0.0, 0.5 * math.pi, 0.0)
 MIDDLE = np.array([640.0, 360.0])
+OFF = np.diag([0.0] * 5 + [0.1**2 / TUNING.lasting, 0.0])
+"""Covariance of a heading that counts as off by 0.1 rad."""
 
 
 def views(*east, north=0.0):
@@ -74,7 +76,7 @@ def test_an_image_without_boxes_has_none_to_see_again(seen):
 
 def test_an_error_that_lasts_shows_places_elsewhere_once_the_camera_moves(sea):
     """A compass off by 0.1 rad: a camera that flies on by 0.4 m sees all 4 cm to the side."""
-    model = SimpleNamespace(white=np.zeros(6), pixel=1.0, nominal=np.diag([0.0] * 5 + [0.01, 0.0]))
+    model = SimpleNamespace(white=np.zeros(6), pixel=1.0, nominal=OFF)
     found = Reappearance(model, MotionModel(0.0, 0.0))
     sizes = []
     for east in (0.0, 0.4, 0.4):
@@ -86,7 +88,7 @@ def test_an_error_that_lasts_shows_places_elsewhere_once_the_camera_moves(sea):
 
 def test_an_error_on_both_axes_of_the_image_is_one(sea):
     """As above, but flying north-east: of variances of 2 and 2 a^2 + 2, whichever way it flew."""
-    model = SimpleNamespace(white=np.zeros(6), pixel=1.0, nominal=np.diag([0.0] * 5 + [0.01, 0.0]))
+    model = SimpleNamespace(white=np.zeros(6), pixel=1.0, nominal=OFF)
     found = Reappearance(model, MotionModel(0.0, 0.0))
     found.update(sea.camera, MIDDLE[None], STEP_S, views(0.0))
     _, size = found.update(sea.camera, MIDDLE[None], STEP_S, views(0.4, north=0.4))
