@@ -59,7 +59,7 @@ class RecalibrationTuning:
 TUNING = RecalibrationTuning()
 
 FOLLOWING = slice(HEIGHT, LATENCY)
-"""Errors that follow a wrong latency or focal length: height and angles."""
+"""Errors that follow a wrong latency or focal length: height, angles, the deviation."""
 
 
 @dataclass(frozen=True)
