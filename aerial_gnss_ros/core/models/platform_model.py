@@ -47,6 +47,7 @@ SLOW = slice(ANGLES.stop)
 """Errors of the pose that are stated: all before the deviation."""
 PUBLISHED = (*PLATFORM[SLOW], PLATFORM[LATENCY])
 """Errors under whose names something is published: the heading contains the deviation there."""
+_WITHOUT_DEVIATION = np.delete(np.eye(COUNT), DEVIATION, axis=0)
 
 
 def at_azimuth(mean: Array, covariance: Array, axes: Array | None) -> tuple[Array, Array]:
@@ -58,7 +59,7 @@ def at_azimuth(mean: Array, covariance: Array, axes: Array | None) -> tuple[Arra
         axes: (3, 3) of roll, pitch and heading errors of the camera, see `gimbal.error_axes`; None:
             no image has come yet.
     """
-    through = np.delete(np.eye(COUNT), DEVIATION, axis=0)
+    through = _WITHOUT_DEVIATION.copy()
     if axes is not None:
         through[HEADING, DEVIATION] = axes[:2, 0]
     return through @ mean, through @ covariance @ through.T
