@@ -32,6 +32,7 @@ import numpy as np
 from box_chains import chains
 from numpy.typing import NDArray
 from real_water import Row, camera_of, gimbal, read, stamp, write_bag
+from replayed_boxes import no_detector
 from tables import columns, show
 
 from aerial_gnss_ros.bags.reader import open_bag
@@ -45,7 +46,6 @@ from aerial_gnss_ros.core.georeferencing.localization import WaterPoints
 from aerial_gnss_ros.core.tracker.protocol import TrackUpdate
 from aerial_gnss_ros.core.tracker.tracker import Tracker
 from aerial_gnss_ros.core.values.estimates import FrameResult, RobotEstimate, State
-from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 
 Array = NDArray[np.float64]
@@ -150,7 +150,7 @@ def fly(folder: Path, config: EstimatorConfig, every_row: bool = False) -> Fligh
         bag = Path(place) / "bag"
         write_bag(folder, bag, every_row)
         with open_bag([bag]) as opened:
-            replay = Replay(opened, config, DetectorConfig(), _none, estimator=engine)
+            replay = Replay(opened, config, DetectorConfig(), no_detector, estimator=engine)
             flight.results = list(replay.results())
     flight.misfit = engine.health.fit.ratio
     by_stamp: dict[int, list[Key]] = defaultdict(list)
@@ -164,10 +164,6 @@ def fly(folder: Path, config: EstimatorConfig, every_row: bool = False) -> Fligh
             if estimate.state is State.CONFIRMED and estimate.robot_id in owners:
                 flight.named[by_stamp[result.stamp_ns][owners[estimate.robot_id]]] = estimate
     return flight
-
-
-def _none(_config: DetectorConfig) -> Detector:
-    raise AssertionError("the bags have boxes")
 
 
 def _key(stamps: dict[str, int], box: Row) -> Key:

@@ -7,9 +7,10 @@ python benchmarks/unstated_errors.py --markdown docs/results/unstated_errors.md
 A flight is a bag NAME with boxes on the canonical topics beside NAME.truth.json, which has the
 robots' places at each image (`stamp_ns`, `lat`, `lon`, `seen`). Messages are changed as they are
 read. Of the last third: confirmed positions by the robots in view, root mean square of their errors
-and of what is published (medians over flights), the share of all whose squared distance from the
-nearest robot is above 13.8 (one in a thousand of a right covariance), the names of all flights;
-then that share, and the error, of each flight. `--only` chooses cases.
+and of what is published, and half the mean of the errors squared and normalised (NEES/2; medians
+over flights), the share of all whose squared distance from the nearest robot is above 13.8 (one in
+a thousand of a right covariance), the names of all flights; then that share, and the error, of each
+flight. `--only` chooses cases.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ import one_thread  # noqa: F401 - before numpy
 
 # isort: split
 import numpy as np
+from replayed_boxes import no_detector
 from tables import columns, show
 from turned import CONFIDENT
 
@@ -164,6 +166,7 @@ class Figures:
         wrong: the share of these that are wrong and confident.
         error_m: root mean square of their distance.
         sigma_m: root mean square of what is published.
+        nees: normalised estimation error squared, the mean by its expectation, 2.
         names: how many of them had positions.
     """
 
@@ -173,16 +176,8 @@ class Figures:
     wrong: float
     error_m: float
     sigma_m: float
+    nees: float
     names: int
-
-
-def unused(_config: DetectorConfig) -> Any:
-    """Raise: these bags have boxes.
-
-    Raises:
-        AssertionError: always.
-    """
-    raise AssertionError("the bag has no boxes")
 
 
 def fly(case: str, path: Path) -> Figures:
@@ -196,7 +191,7 @@ def fly(case: str, path: Path) -> Figures:
     found, names = [], set()
     with open_bag([path]) as bag:
         wrong = Wrong(bag, *CASES[case])
-        for result in Replay(wrong, estimator_config({}), DetectorConfig(), unused).results():
+        for result in Replay(wrong, estimator_config({}), DetectorConfig(), no_detector).results():
             image = image_of.get(result.stamp_ns, -1)
             if image < first:
                 continue
@@ -214,7 +209,8 @@ def fly(case: str, path: Path) -> Figures:
     return Figures(
         case, path.name, len(found) / max(int(seen[first:].sum()), 1),
         float(np.mean(odd > CONFIDENT)) if found else math.nan,
-        *(math.sqrt(one.mean()) if found else math.nan for one in (squared, spread)), len(names),
+        *(math.sqrt(one.mean()) if found else math.nan for one in (squared, spread)),
+        0.5 * float(odd.mean()) if found else math.nan, len(names),
     )  # fmt: skip
 
 
@@ -226,7 +222,7 @@ def table(every: Sequence[Figures], flights: Sequence[str]) -> str:
         weights = np.array([one.positions for one in of_case.values()])
         middle = [
             f"{np.median([getattr(one, name) for one in of_case.values()]):.2f}"
-            for name in ("positions", "error_m", "sigma_m")
+            for name in ("positions", "error_m", "sigma_m", "nees")
         ]
         wrong = np.nansum(weights * [one.wrong for one in of_case.values()]) / weights.sum()
         names = sum(one.names for one in of_case.values())
@@ -234,7 +230,7 @@ def table(every: Sequence[Figures], flights: Sequence[str]) -> str:
             f"{100 * of_case[name].wrong:.0f} ({of_case[name].error_m:.2f} m)" for name in flights
         ]
         rows.append([case, *middle, f"{100 * wrong:.1f}", str(names), *each])
-    heads = ["wrong", "positions", "error m", "sigma m", "outside %", "names"]
+    heads = ["wrong", "positions", "error m", "sigma m", "NEES/2", "outside %", "names"]
     return columns(heads + list(flights), rows)
 
 
