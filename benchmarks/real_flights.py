@@ -32,11 +32,10 @@ import numpy as np
 from box_chains import chains
 from numpy.typing import NDArray
 from real_water import Row, camera_of, gimbal, read, stamp, write_bag
-from replayed_boxes import no_detector
 from tables import columns, show
 
 from aerial_gnss_ros.bags.reader import open_bag
-from aerial_gnss_ros.bags.replay import Replay
+from aerial_gnss_ros.bags.replay import Replay, no_detector
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
 from aerial_gnss_ros.core.estimation.estimator import Estimator

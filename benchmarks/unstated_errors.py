@@ -29,12 +29,11 @@ import one_thread  # noqa: F401 - before numpy
 
 # isort: split
 import numpy as np
-from replayed_boxes import no_detector
 from tables import columns, show
 from turned import CONFIDENT
 
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
-from aerial_gnss_ros.bags.replay import Replay
+from aerial_gnss_ros.bags.replay import Replay, no_detector
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, quaternion_from_matrix
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap

@@ -77,6 +77,15 @@ class Summary:
         self.causes.update(one.cause for one in refused if one.cause is not None)
 
 
+def no_detector(_config: DetectorConfig) -> Detector:
+    """Take the place of `load` where bags are known to hold boxes.
+
+    Raises:
+        AssertionError: always; the bag holds none.
+    """
+    raise AssertionError("the bag holds no boxes")
+
+
 class Replay:
     """One pass over recorded bags.
 

@@ -12,14 +12,13 @@ from pathlib import Path
 
 from aerial_gnss_ros.bags.drone_tables import read_drones
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
-from aerial_gnss_ros.bags.replay import Replay
+from aerial_gnss_ros.bags.replay import Replay, no_detector
 from aerial_gnss_ros.bags.replay_drones import DronesReplay
 from aerial_gnss_ros.bags.results import ResultFolder
 from aerial_gnss_ros.bags.tables import EstimatedTrack, read_positions
 from aerial_gnss_ros.commands.notices import say
 from aerial_gnss_ros.commands.progress import progress
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig, estimator_config
-from aerial_gnss_ros.detection.base import Detector
 from aerial_gnss_ros.detection.config import DetectorConfig
 from aerial_gnss_ros.evaluation.errors import RobotErrors, compare, summarise
 from aerial_gnss_ros.evaluation.platform import read_platform
@@ -57,7 +56,7 @@ def demo_drones(args: argparse.Namespace, folder: Path) -> int:
         readers = {name: opened.enter_context(open_bag([path])) for name, path in bags.items()}
         truth = read_truth(next(iter(readers.values())))
         joined = DronesReplay(
-            readers, dict.fromkeys(readers, config), DetectorConfig(), _no_detector
+            readers, dict.fromkeys(readers, config), DetectorConfig(), no_detector
         )
         tracks = {TOGETHER: _replayed(joined, folder / TOGETHER, TOGETHER)}
         joined.tables.write(folder / TOGETHER)
@@ -97,7 +96,7 @@ def _alone(
     name: str, bag: BagReader, config: EstimatorConfig, folder: Path
 ) -> dict[str, EstimatedTrack]:
     """Replay the recording of one drone by itself."""
-    replay = Replay(bag, config, DetectorConfig(), _no_detector)
+    replay = Replay(bag, config, DetectorConfig(), no_detector)
     return _replayed(replay, folder / f"{name}_alone", f"{name} alone")
 
 
@@ -112,11 +111,6 @@ def _replayed(replay: Replay | DronesReplay, folder: Path, words: str) -> dict[s
         for result in replay.results(report):
             results.add(result)
     return read_positions(folder / "positions.csv")
-
-
-def _no_detector(_config: DetectorConfig) -> Detector:
-    """Never called: the recordings have boxes."""
-    raise AssertionError
 
 
 def _report(

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from aerial_gnss_ros.bags.reader import open_bag
-from aerial_gnss_ros.bags.replay import Replay
+from aerial_gnss_ros.bags.replay import Replay, no_detector
 from aerial_gnss_ros.bags.results import position_row, rejection_row
 from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.detection.config import DetectorConfig
@@ -102,7 +102,7 @@ def replayed(case: str) -> Result:
     """Replay a case's bag, as `aerial-gnss replay` does."""
     name, values = CASES[case]
     with open_bag([BAGS / f"{name}.mcap"]) as bag:
-        replay = Replay(bag, estimator_config(values), DetectorConfig(), _no_detector)
+        replay = Replay(bag, estimator_config(values), DetectorConfig(), no_detector)
         results = list(replay.results())
     estimates = [one for result in results for one in result.estimates]
     refusals = [one for result in results for one in result.rejections]
@@ -120,10 +120,6 @@ def replayed(case: str) -> Result:
         [(int(row[0]), row[1], round(float(row[2])), round(float(row[3]))) for row in refused],
         digest,
     )
-
-
-def _no_detector(_config: DetectorConfig) -> Any:
-    raise AssertionError("the bag has boxes")
 
 
 def _numbers(rows: list[list[str]]) -> tuple[dict[str, np.ndarray], tuple[int, int]]:
