@@ -18,7 +18,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import product
@@ -31,91 +31,14 @@ import one_thread  # noqa: F401 - before numpy
 import numpy as np
 from tables import columns, show
 from turned import CONFIDENT
+from wrong_inputs import CASES, Change
 
 from aerial_gnss_ros.bags.reader import BagReader, open_bag
 from aerial_gnss_ros.bags.replay import Replay, no_detector
 from aerial_gnss_ros.core.config.estimator import estimator_config
-from aerial_gnss_ros.core.geometry.frames import matrix_from_quaternion, quaternion_from_matrix
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
-from aerial_gnss_ros.core.geometry.gimbal import error_axes
-from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
 from aerial_gnss_ros.core.values.estimates import MapDatum, State
 from aerial_gnss_ros.detection.config import DetectorConfig
-
-Change = Callable[[Any, float], None]
-"""Changes a message, some seconds after the first one."""
-
-
-def higher(by_m: float, by_mps: float = 0.0) -> Change:
-    """Return the change of a height that is too large, and ever more so."""
-
-    def change(message: Any, t: float) -> None:
-        message.data += by_m + by_mps * t
-
-    return change
-
-
-def turned(axis: int, by_deg: Callable[[float], float]) -> Change:
-    """Return the change of a camera that seems to be turned about one of `error_axes`.
-
-    Args:
-        axis: 0 roll, 1 pitch, 2 heading.
-        by_deg: the angle by the camera's azimuth, rad.
-    """
-
-    def change(message: Any, _t: float) -> None:
-        q = message.quaternion
-        camera = matrix_from_quaternion((q.x, q.y, q.z, q.w))
-        axes = error_axes(camera)
-        angle = math.radians(by_deg(math.atan2(axes[0, 0], axes[1, 0])))
-        q.x, q.y, q.z, q.w = quaternion_from_matrix(rotation_matrix(angle * axes[:, axis]) @ camera)
-
-    return change
-
-
-def longer(factor: float) -> Change:
-    """Return the change of a focal length that is stated too long."""
-
-    def change(message: Any, _t: float) -> None:
-        message.k, message.p = message.k.copy(), message.p.copy()
-        for places, matrix in (((0, 4), message.k), ((0, 5), message.p)):
-            for place in places:
-                matrix[place] *= factor
-
-    return change
-
-
-def coarse(by_px: float) -> Change:
-    """Return the change of boxes that a network places on a grid."""
-
-    def change(message: Any, _t: float) -> None:
-        for box in message.detections:
-            place = box.bbox.center.position
-            place.x, place.y = (by_px * round(one / by_px) for one in (place.x, place.y))
-
-    return change
-
-
-CASES: dict[str, tuple[str, Change]] = {
-    "nothing": ("/height", higher(0.0)),
-    "height 2 m": ("/height", higher(2.0)),
-    "height -2 m": ("/height", higher(-2.0)),
-    "height 0.03 m/s": ("/height", higher(0.0, 0.03)),
-    "height 0.1 m/s": ("/height", higher(0.0, 0.1)),
-    "roll 2 deg": ("/gimbal", turned(0, lambda _azimuth: 2.0)),
-    "pitch 2 deg": ("/gimbal", turned(1, lambda _azimuth: 2.0)),
-    "pitch -2 deg": ("/gimbal", turned(1, lambda _azimuth: -2.0)),
-    "heading 5 deg": ("/gimbal", turned(2, lambda _azimuth: 5.0)),
-    "heading 10 deg": ("/gimbal", turned(2, lambda _azimuth: 10.0)),
-    "deviation 3 deg": ("/gimbal", turned(2, lambda azimuth: 3.0 * math.sin(azimuth))),
-    "deviation 5 deg": ("/gimbal", turned(2, lambda azimuth: 5.0 * math.sin(azimuth + 1.0))),
-    "deviation 10 deg": ("/gimbal", turned(2, lambda azimuth: 10.0 * math.sin(azimuth))),
-    "focal length +5 %": ("/camera/camera_info", longer(1.05)),
-    "focal length +10 %": ("/camera/camera_info", longer(1.1)),
-    "focal length -10 %": ("/camera/camera_info", longer(0.9)),
-    "boxes on 16 px": ("/detections", coarse(16.0)),
-}
-"""Topic and change by name. Deviation: of the compass, by iron on board, at its worst azimuth."""
 
 
 class Wrong:

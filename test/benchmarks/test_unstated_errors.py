@@ -15,6 +15,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
 import unstated_errors
+import wrong_inputs
 
 from aerial_gnss_ros.core.geometry.frames import (
     matrix_from_quaternion,
@@ -25,7 +26,7 @@ from aerial_gnss_ros.core.geometry.frames import (
 
 def changed(case, message, t=0.0):
     """Return a message after the change of a case, on whatever topic."""
-    unstated_errors.CASES[case][1](message, t)
+    wrong_inputs.CASES[case][1](message, t)
     return message
 
 
@@ -66,6 +67,59 @@ def test_lens_and_boxes():
     assert (place.x, place.y) == (96.0, 32.0)
 
 
+def image(*places, sec=1_760_000_000):
+    """Return an image with boxes at these places, px."""
+    stamp = SimpleNamespace(sec=sec, nanosec=5)
+    boxes = [SimpleNamespace(bbox=_box(SimpleNamespace(x=x, y=y))) for x, y in places]
+    return SimpleNamespace(header=SimpleNamespace(stamp=stamp), detections=boxes)
+
+
+def _box(place):
+    return SimpleNamespace(center=SimpleNamespace(position=place))
+
+
+def places_of(message):
+    """Return where the boxes of an image are (n, 2), px."""
+    places = [box.bbox.center.position for box in message.detections]
+    return np.array([(place.x, place.y) for place in places]).reshape(-1, 2)
+
+
+def test_boxes_are_missed_moved_and_added():
+    """The 1100 px of the focal length are one radian or so: 1 - 0.1 of where they are."""
+    every = [(960.0 + 1100.0, 540.0)] * 4000
+    np.testing.assert_allclose(
+        places_of(changed("distortion -0.1", image(*every[:1]))), [[960.0 + 990.0, 540.0]]
+    )
+    assert len(places_of(changed("half the boxes missed", image(*every)))) == pytest.approx(
+        2000, abs=150
+    )
+    assert len(places_of(changed("7 of 10 boxes missed", image(*every)))) == pytest.approx(
+        1200, abs=150
+    )
+    off = places_of(changed("boxes noisy by 8 px", image(*every))) - every[0]
+    np.testing.assert_allclose(off.std(axis=0), 8.0, atol=0.5)
+    again = places_of(changed("boxes noisy by 8 px", image(*every))) - every[0]
+    np.testing.assert_array_equal(again, off)
+    shown = places_of(changed("a spot on the lens", image((3.0, 4.0))))
+    assert shown.tolist() == [[3.0, 4.0], [400.0, 700.0]]
+
+
+def test_stamps_and_places_of_telemetry():
+    stamp = SimpleNamespace(sec=9, nanosec=900_000_000)
+    changed("gimbal 0.3 s late", SimpleNamespace(header=SimpleNamespace(stamp=stamp)))
+    assert (stamp.sec, stamp.nanosec) == (10, 200_000_000)
+    fix = changed("fix 1 m in 40 s", SimpleNamespace(latitude=60.0, longitude=5.0), 10.0)
+    assert fix.latitude == pytest.approx(60.0 + 1.0 / 111_200.0, abs=1e-9)
+    assert fix.longitude == pytest.approx(5.0, abs=1e-9)
+    assert changed("height in whole m", SimpleNamespace(data=30.6)).data == 31.0
+    assert changed("height 0.5 m in 6 s", SimpleNamespace(data=30.0), 1.5).data == 30.5
+    camera = matrix_from_rpy(*np.radians([0.4, 39.7, -20.2]))
+    q = SimpleNamespace(**dict(zip("xyzw", quaternion_from_matrix(camera), strict=True)))
+    changed("angles in whole deg", SimpleNamespace(quaternion=q))
+    found = matrix_from_quaternion((q.x, q.y, q.z, q.w))
+    np.testing.assert_allclose(found, matrix_from_rpy(*np.radians([0.0, 40.0, -20.0])), atol=1e-9)
+
+
 @pytest.mark.flights
 @pytest.mark.parametrize(
     ("case", "flight"),
@@ -82,4 +136,23 @@ def test_a_constant_error_is_contained(case, flight, shared_data):
     found = unstated_errors.fly(case, folder / flight)
     assert found.positions > 0.95
     assert found.wrong < 0.01
+    assert found.names == 3
+
+
+@pytest.mark.flights
+@pytest.mark.parametrize(
+    ("case", "flight", "error_m"),
+    [
+        ("half the boxes missed", "orbit30_still", 0.12),
+        ("half the boxes missed", "orbit60_coloured", 0.5),
+        ("7 of 10 boxes missed", "transit30_still", 0.3),
+    ],
+)
+def test_robots_that_stay_are_found_where_many_boxes_are_missed(case, flight, error_m, shared_data):
+    folder = shared_data / "independent_flights"
+    if not folder.is_dir():
+        pytest.skip(f"no independent flights: {folder} is absent")
+    found = unstated_errors.fly(case, folder / flight)
+    assert found.positions > (0.4 if case == "half the boxes missed" else 0.25)
+    assert found.error_m < error_m
     assert found.names == 3

@@ -5,9 +5,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from aerial_gnss_ros.core.association.assignment import TUNING as ASSIGNMENT
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -20,11 +26,10 @@ class ClutterTuning:
     """Beta distribution of the share of robots that are missed, before any image. Judged: one in
     twenty, as if ten had been expected."""
     prior_false: tuple[float, float] = (0.2, 10.0)
-    """Gamma distribution of the number of false boxes in an image: two in a hundred images, as if
-    ten had been seen. Judged."""
-    rare_product: float = 1e-3
-    """Product of the two rates above which an unassociated box beside a missed robot may be
-    clutter. Manoeuvring robots count in both rates; ten that cross reach 1e-4."""
+    """Gamma distribution of the number of false boxes in an image, or beside the gates of ten
+    robots, before any image. Judged: two in a hundred, as if ten had been seen."""
+    doubtful_odds: float = 0.05
+    """Odds of clutter to a robot's own box from which its gate is too wide for one box. Judged."""
 
 
 TUNING = ClutterTuning()
@@ -42,7 +47,7 @@ def chance_probability(beside: int, tracks: int) -> float:
 
 
 class Clutter:
-    """Estimates both rates.
+    """Estimates these rates.
 
     Attributes:
         stamp_ns: of the last image, ns.
@@ -50,10 +55,18 @@ class Clutter:
 
     def __init__(self) -> None:
         self.stamp_ns = 0
-        self.heavy = False
         self._images = self._unassociated = self._robots = self._missed = 0.0
+        self._beside = self._gates = self._log_sizes = 0.0
 
-    def update(self, stamp_ns: int, robots: int, missed: int, unassociated: int) -> None:
+    def update(
+        self,
+        stamp_ns: int,
+        robots: int,
+        missed: int,
+        unassociated: int,
+        beside: int = 0,
+        log_sizes: Sequence[float] = (),
+    ) -> None:
         """Update with an image.
 
         Args:
@@ -61,6 +74,8 @@ class Clutter:
             robots: number of robots expected in it.
             missed: number of these without a box.
             unassociated: number of unassociated boxes.
+            beside: number of robots without a box in their gate that have one near it.
+            log_sizes: of robots' gates with a box, log determinants of their covariances.
         """
         self.stamp_ns = stamp_ns
         fade = 1.0 - 1.0 / TUNING.fading_images
@@ -68,8 +83,32 @@ class Clutter:
         self._unassociated = fade * self._unassociated + unassociated
         self._robots = fade * self._robots + robots
         self._missed = fade * self._missed + missed
-        both, rare = self._missed * self._unassociated, TUNING.rare_product
-        self.heavy = both > rare * self._robots * self._images
+        self._beside = fade * self._beside + beside
+        self._gates = fade * self._gates + len(log_sizes)
+        self._log_sizes = fade * self._log_sizes + sum(log_sizes)
+
+    @property
+    def seen_share(self) -> float:
+        """Share of the robots in view that images show."""
+        one, other = TUNING.prior_missed
+        return (other + self._robots - self._missed) / (one + other + self._robots)
+
+    def doubtful(self, log_sizes: Array) -> NDArray[np.bool_]:
+        """Return whether the only box in a robot's gate may well be clutter (n,).
+
+        Either the image shows the robot, or it misses it and clutter lies in its gate. Of that
+        there is as much as near the gates of late, in proportion to the area.
+
+        Args:
+            log_sizes: (n,) log determinants of the gates' covariances.
+        """
+        usual = self._log_sizes / self._gates if self._gates else math.inf
+        larger = np.exp(0.5 * np.maximum(log_sizes - usual, 0.0))
+        count, robots = TUNING.prior_false
+        around = (count + self._beside) / (robots + self._robots)
+        clutter = around / (ASSIGNMENT.near_gate_radii**2 - 1.0) * larger
+        seen = self.seen_share
+        return np.asarray((1.0 - seen) * clutter > TUNING.doubtful_odds * seen)
 
     def missed_nats(self, robots: int, missed: int) -> float:
         """Return the log probability that an image misses so many of some robots.

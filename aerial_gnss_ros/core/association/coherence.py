@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from aerial_gnss_ros.core.association.assignment import lone
+from aerial_gnss_ros.core.association.clutter import Clutter
 from aerial_gnss_ros.core.association.gating import CandidatePairs
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.filter.innovation import PairInnovations
@@ -61,14 +62,14 @@ def manoeuvred_pairs(
     candidates: CandidatePairs,
     left: list[int],
     threshold: float,
-    cluttered: bool,
+    clutter: Clutter,
 ) -> list[int]:
     """Return left-over pairs of robots and boxes that can only belong together.
 
     A robot without a box in its gate, and a box near it that fits no other robot: it has
     manoeuvred, rather than vanished just when another one surfaced there. But the detector may
-    have missed it and reported clutter there, the likelier the lower the camera. Where clutter is
-    heavy, the box must continue an earlier one since the robot was last seen.
+    have missed it and reported clutter there, the likelier the lower the camera. Where that may
+    well be, the box must continue an earlier one since the robot was last seen.
 
     Args:
         joint: the joint filter.
@@ -76,11 +77,12 @@ def manoeuvred_pairs(
         candidates: candidate pairs, without manoeuvres.
         left: left-over pairs of robots and boxes of one class.
         threshold: squared Mahalanobis distance at the edge of a gate.
-        cluttered: whether clutter is heavy.
+        clutter: rates of clutter and of missed robots.
     """
     pairs = candidates.pairs
     spread = pairs.spread[left] + manoeuvre_covariance(joint.speeds(pairs.rows[left]))
-    squared, _ = mahalanobis(pairs.offsets[left], spread)
+    squared, log_sizes = mahalanobis(pairs.offsets[left], spread)
+    doubtful = dict(zip(left, clutter.doubtful(log_sizes).tolist(), strict=True))
     near = [k for k, one in zip(left, squared.tolist(), strict=True) if one <= threshold]
     rows, columns = pairs.rows[near].tolist(), pairs.columns[near].tolist()
     own: list[int] = []
@@ -93,6 +95,6 @@ def manoeuvred_pairs(
         ]
         if not alone or any(robot.coexisted(other) for other in others):
             continue
-        if not cluttered or any(one.first_seen_ns > robot.last_seen_ns for one in others):
+        if not doubtful[k] or any(one.first_seen_ns > robot.last_seen_ns for one in others):
             own.append(k)
     return own

@@ -56,6 +56,7 @@ class Matcher:
     Attributes:
         threshold: likewise.
         fresh_s: likewise; longer where images come seldom.
+        clutter: rates of missed robots and of clutter.
         mismatch: whether images contradict most robots; such images are not used.
     """
 
@@ -63,19 +64,20 @@ class Matcher:
         self._filter = joint
         self.threshold = threshold
         self.fresh_s = fresh_s
-        self._clutter = Clutter()
+        self.clutter = Clutter()
         self.mismatch = SceneMismatch()
 
     def gate(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> CandidatePairs | None:
         """Return the candidate pairs of an image, None without tracks or boxes."""
         if not tracks or not len(seen.index):
-            self._clutter.update(stamp_ns, 0, 0, 0)
+            self.clutter.update(stamp_ns, 0, 0, 0)
             return None
         # Beyond, a pair is neither a near miss nor a manoeuvre.
         kind = self._kinds(tracks, stamp_ns)
         swerve = self.threshold * (MOTION_MODEL.swerve_s * self._filter.motions.largest) ** 2
         pairs = self._filter.compare(seen, ASSIGNMENT.near_gate_radii**2 * self.threshold, swerve)
         distances, classes = mahalanobis(pairs.offsets, pairs.spread), seen.class_ids.tolist()
+        self._ignore_wide(kind, pairs.rows.tolist(), distances[1], tracks, stamp_ns)
         found = CandidatePairs.of_image(pairs, distances, kind, tracks, classes, self.threshold)
         return self._judged_jointly(found, seen)
 
@@ -108,8 +110,8 @@ class Matcher:
         left, decided.outside = candidates.left_over
         decided.matched = len(chosen)
         shown = self._robots_seen(tracks, candidates, left, chosen, boxes)
-        passed_s = (stamp_ns - self._clutter.stamp_ns) * 1e-9
-        contradicts = self.mismatch.update(self._clutter, shown, passed_s)
+        passed_s = (stamp_ns - self.clutter.stamp_ns) * 1e-9
+        contradicts = self.mismatch.update(self.clutter, shown, passed_s)
         decided.sentence = self.mismatch.sentence
         if contradicts:
             chosen = []
@@ -122,7 +124,10 @@ class Matcher:
         robots = kind.count(ROBOT)
         if not self.mismatch.active:
             missed = robots - len(decided.claimed)
-            self._clutter.update(stamp_ns, robots, missed, boxes - len(chosen))
+            log_sizes = [candidates.log_determinant[k] for k in candidates.given]
+            self.clutter.update(
+                stamp_ns, robots, missed, boxes - len(chosen), decided.outside, log_sizes
+            )
         decided.rows, decided.columns = (
             candidates.pairs.rows[chosen],
             candidates.pairs.columns[chosen],
@@ -130,14 +135,7 @@ class Matcher:
         return decided
 
     def _kinds(self, tracks: list[Track], stamp_ns: int) -> list[str]:
-        """Return the kind of each track: robot, new, or neither.
-
-        Beyond `MOTION_MODEL.held_s` a robot's gate grows fast, and in clutter a box inside it may
-        be false.
-        """
-        patience_s = self.fresh_s
-        if self._clutter.heavy:
-            patience_s = min(self._missed_s(stamp_ns), self.fresh_s)
+        """Return the kind of each track: robot, new, or neither."""
         found, tentative = list[str](), State.TENTATIVE
         for track in tracks:
             if track.state is tentative and not track.label_pending:
@@ -145,21 +143,41 @@ class Matcher:
             elif track.rejected or track.previous_label:
                 found.append(NEITHER)
             else:
-                fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= patience_s + 1e-9
+                fresh = (stamp_ns - track.last_seen_ns) * 1e-9 <= self.fresh_s + 1e-9
                 found.append(ROBOT if fresh else NEITHER)
         return found
+
+    def _ignore_wide(
+        self, kind: list[str], rows: list[int], log_sizes: Array, tracks: list[Track], stamp_ns: int
+    ) -> None:
+        """Let robots get no box whose gates have become so wide that it may well be clutter.
+
+        Args:
+            kind: of each track, changed in place.
+            rows: (k,) of the tracks of pairs.
+            log_sizes: (k,) log determinants of their innovations' covariances.
+            tracks: all of them.
+            stamp_ns: of the image, ns.
+        """
+        latest_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
+        old = [track.last_seen_ns < latest_ns for track in tracks]
+        if not any(old):
+            return
+        for row, doubtful in zip(rows, self.clutter.doubtful(log_sizes).tolist(), strict=True):
+            if doubtful and old[row] and kind[row] is ROBOT:
+                kind[row] = NEITHER
 
     def _missed_s(self, stamp_ns: int) -> float:
         """Return the time for which the detector may miss a robot in view."""
         return max(
-            MOTION_MODEL.held_s, TUNING.held_images * (stamp_ns - self._clutter.stamp_ns) * 1e-9
+            MOTION_MODEL.held_s, TUNING.held_images * (stamp_ns - self.clutter.stamp_ns) * 1e-9
         )
 
     def _manoeuvred(
         self, tracks: list[Track], candidates: CandidatePairs, left: list[int]
     ) -> list[int]:
         return manoeuvred_pairs(
-            self._filter, tracks, candidates, left, self.threshold, self._clutter.heavy
+            self._filter, tracks, candidates, left, self.threshold, self.clutter
         )
 
     def _robots_seen(

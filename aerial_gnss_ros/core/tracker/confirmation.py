@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Track confirmation: when a track is a robot, and which label it gets.
 
-A track is confirmed by enough hits in at least half of the images since its first one: a robot is
-detected more often than not, a glint is not. In clutter more hits are required, until no clutter
+A track is confirmed by enough hits, in at least half as many of the images since its first one as
+show a robot: a glint seen now and then is none. In clutter more hits are required, until no clutter
 track is expected; and where other tracks have soon ended, it must last longer or score higher than
 foam and glint (`transients`). Where it is stated how robots score, or how long they are, it must be
 like that in the mean (`score_evidence`, `size_evidence`). A track inside the gate of a robot out of
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from aerial_gnss_ros.core.association.clutter import Clutter
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.config.processing import DetectionsConfig, TracksConfig
 from aerial_gnss_ros.core.geometry.geodesy import LocalMap
@@ -41,6 +42,9 @@ class ConfirmationTuning:
 
     expected_false_tracks: float = 0.05
     """Greatest expected number of clutter tracks confirmed by an image. Judged."""
+    least_seen: float = 0.5
+    """Least ratio of the share of images that show a track to the share of robots that they show.
+    Judged."""
 
 
 TUNING = ConfirmationTuning()
@@ -55,6 +59,7 @@ class TrackConfirmation:
         encounters: keeps ambiguities of labels.
         rules: configured confirmation rule.
         boxes: which boxes are used.
+        rates: of missed robots.
 
     Attributes:
         rule: the rule adapted to the image rate.
@@ -69,10 +74,12 @@ class TrackConfirmation:
         encounters: Encounters,
         rules: TracksConfig,
         boxes: DetectionsConfig,
+        rates: Clutter,
     ) -> None:
         self._table = table
         self._identity = identity
         self._encounters = encounters
+        self._rates = rates
         self.rule = ConfirmationRule(rules)
         self.least_score = rules.confirm_score
         self.transients = Transients(boxes.min_score)
@@ -220,7 +227,8 @@ class TrackConfirmation:
             new: number of tentative tracks.
         """
         since = sum(image >= track.hits[0] for image in self.rule.images)
-        if track.first_seen_ns > begun_ns or 2 * len(track.hits) < since:
+        least = TUNING.least_seen * self._rates.seen_share * since
+        if track.first_seen_ns > begun_ns or len(track.hits) < least:
             return False
         if self.doubt(track) is not None:
             return False

@@ -70,8 +70,9 @@ class Tracker:
         self._matcher = Matcher(joint, threshold, config.tracks.confirm_window_s)
         self._encounters = Encounters(joint)
         self._confirmation = TrackConfirmation(
-            self.table, identity, self._encounters, config.tracks, config.detections
-        )
+            self.table, identity, self._encounters, config.tracks, config.detections,
+            self._matcher.clutter,
+        )  # fmt: skip
         self._recovery = Recovery(self.table, self._matcher, threshold)
         self._image_tracks = ImageTracks(
             config.noise.value("box_center_px"), joint.motion.speed_sigma

@@ -144,7 +144,7 @@ _CAUSES = {
     "gimbal may be wrong, or robots are faster",
     Cause.LOST_PLATFORM: "seen while most robots were displaced: the compass, the gimbal, the fix "
     "or camera.latency_s may be wrong",
-    Cause.CLUTTER: "seen in fewer than half of the images, or amid many false boxes; raise "
+    Cause.CLUTTER: "seen in too few of the images, or amid many false boxes; raise "
     "detections.min_score",
     Cause.UNSURE: "its boxes score lower than those of robots do in the mean; lower "
     "tracks.confirm_score",

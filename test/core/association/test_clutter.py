@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -19,19 +21,39 @@ def test_the_chance_of_a_false_box_in_a_gate(beside, tracks, share):
     assert chance_probability(beside, tracks) == pytest.approx(share, abs=1e-3)
 
 
-def test_clutter_is_heavy_where_boxes_are_missed_and_false_too_often_to_be_by_chance():
-    """Product of the two rates, each faded image by image, against the definition."""
-    rng, reported = np.random.default_rng(4), set()
-    for share in (0.5, 1.0, 2.0):
-        clutter, seen = Clutter(), []
-        rate = share * np.sqrt(TUNING.rare_product)
-        for stamp_ns in range(400):
-            robots = int(rng.integers(1, 9))
-            seen.append((1, robots, rng.binomial(robots, rate), rng.poisson(rate)))
-            clutter.update(stamp_ns, robots, seen[-1][2], seen[-1][3])
-            fading = (1.0 - 1.0 / TUNING.fading_images) ** np.arange(len(seen))[::-1]
-            images, all_robots, missed, stray = fading @ np.array(seen)
-            rates = missed / all_robots, stray / images
-            assert clutter.heavy == (rates[0] * rates[1] > TUNING.rare_product)
-            reported.add(clutter.heavy)
-    assert reported == {True, False}
+@pytest.mark.parametrize(
+    ("missed", "beside", "area", "doubtful"),
+    [
+        (50.0, 0.0, 1000.0, False),
+        (0.5, 20.0, 100.0, False),
+        (50.0, 20.0, 1.5, False),
+        (50.0, 20.0, 3.0, True),
+        (75.0, 20.0, 1.5, True),
+    ],
+    ids=["often missed", "clutter", "usual gate", "wide gate", "hardly seen"],
+)
+def test_a_box_in_a_wide_gate_may_be_clutter_of_a_robot_that_is_missed(
+    missed, beside, area, doubtful
+):
+    """Of 100 robots: with half missed and a fifth beside clutter, 1 * 0.2 / 8 of a usual gate."""
+    clutter, usual = Clutter(), math.log(0.3)
+    clutter.update(0, 1e6, 1e4 * missed, 0, 1e4 * beside, [usual, usual])
+    wide = np.array([usual + 2.0 * math.log(area)])
+    assert clutter.doubtful(wide).tolist() == [doubtful]
+    assert clutter.seen_share == pytest.approx(1.0 - 0.01 * missed, abs=1e-4)
+
+
+def test_before_any_image_robots_are_mostly_seen_and_no_gate_is_doubtful():
+    clutter = Clutter()
+    assert clutter.seen_share == pytest.approx(0.95)
+    assert not clutter.doubtful(np.array([-9.0, 0.0, 9.0])).any()
+
+
+def test_old_images_fade():
+    clutter = Clutter()
+    clutter.update(0, 100, 100, 0)
+    for stamp_ns in range(1, TUNING.fading_images + 1):
+        clutter.update(stamp_ns, 1, 0, 0)
+    old = 100.0 * math.exp(-1.0)
+    every = sum(TUNING.prior_missed) + old + TUNING.fading_images * (1.0 - math.exp(-1.0))
+    assert clutter.seen_share == pytest.approx(1.0 - (0.5 + old) / every, abs=1e-3)

@@ -30,6 +30,25 @@ def test_a_glint_seen_now_and_then_is_no_robot(sea):
     assert not any(result.estimates for result in results)
 
 
+def test_a_glint_beside_a_robot_that_all_images_show_is_no_robot(sea):
+    world = sea.World(robots={"a": lambda _t: (-3.0, 20.0), "glint": _place})
+    world.hidden = lambda name, t: name == "glint" and round(10 * t) % 5 > 0
+    results = sea.play(sea.estimator(), world, 20.0)
+    assert {one.robot_id for result in results for one in result.estimates} == {"aqua_1"}
+
+
+@pytest.mark.parametrize("missed", [0.5, 0.7, 0.8])
+def test_robots_that_most_images_miss_are_tracked_under_one_label_each(sea, missed):
+    """Nine in ten boxes measure a confirmed robot from the sixth second on."""
+    world = sea.World(robots={"a": lambda _t: (-3.0, 20.0), "b": _place}, missed=missed, seed=2)
+    world.pixel_sigma = 2.0
+    results = sea.play(sea.estimator(), world, 30.0, images=15)
+    late = results[len(results) // 5 :]
+    shown = [one for result in late for one in result.estimates if one.state is State.CONFIRMED]
+    assert len(shown) > 0.9 * (1.0 - missed) * 2 * len(late)
+    assert {one.robot_id for one in shown} == {"aqua_1", "aqua_2"}
+
+
 def test_false_boxes_are_never_confirmed(sea):
     results = sea.play(sea.estimator(), sea.World(clutter=0.5, seed=3), 60.0)
     assert [result.estimates for result in results if result.estimates] == []
