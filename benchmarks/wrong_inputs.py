@@ -159,6 +159,16 @@ def missed(share: float) -> Change:
     return change
 
 
+def dark(every_s: float, for_s: float) -> Change:
+    """Return the change of images that show nothing for some time, again and again."""
+
+    def change(message: Any, t: float) -> None:
+        if t % every_s < for_s:
+            message.detections = []
+
+    return change
+
+
 def spot(x_px: float, y_px: float) -> Change:
     """Return the change of images with a false box at one place, as of a drop on the lens."""
 
@@ -205,6 +215,7 @@ CASES: dict[str, tuple[str, Change]] = {
     "boxes noisy by 8 px": ("/detections", noisy(8.0)),
     "half the boxes missed": ("/detections", missed(0.5)),
     "7 of 10 boxes missed": ("/detections", missed(0.7)),
+    "no boxes for 5 s in 15": ("/detections", dark(15.0, 5.0)),
     "a spot on the lens": ("/detections", spot(400.0, 700.0)),
 }
 """Topic and change by name. Deviation: of the compass, by iron on board, at its worst azimuth."""

@@ -100,6 +100,9 @@ def test_boxes_are_missed_moved_and_added():
     np.testing.assert_allclose(off.std(axis=0), 8.0, atol=0.5)
     again = places_of(changed("boxes noisy by 8 px", image(*every))) - every[0]
     np.testing.assert_array_equal(again, off)
+    seen = [len(changed("no boxes for 5 s in 15", image(*every[:1]), t).detections) for t in (
+        0.0, 4.9, 5.0, 14.9, 15.1)]  # fmt: skip
+    assert seen == [0, 0, 1, 1, 0]
     shown = places_of(changed("a spot on the lens", image((3.0, 4.0))))
     assert shown.tolist() == [[3.0, 4.0], [400.0, 700.0]]
 
@@ -146,9 +149,11 @@ def test_a_constant_error_is_contained(case, flight, shared_data):
         ("half the boxes missed", "orbit30_still", 0.12),
         ("half the boxes missed", "orbit60_coloured", 0.5),
         ("7 of 10 boxes missed", "transit30_still", 0.3),
+        ("no boxes for 5 s in 15", "orbit30_still", 0.12),
+        ("no boxes for 5 s in 15", "orbit60_coloured", 0.5),
     ],
 )
-def test_robots_that_stay_are_found_where_many_boxes_are_missed(case, flight, error_m, shared_data):
+def test_robots_that_stay_are_known_where_boxes_are_missed(case, flight, error_m, shared_data):
     folder = shared_data / "independent_flights"
     if not folder.is_dir():
         pytest.skip(f"no independent flights: {folder} is absent")

@@ -39,7 +39,8 @@ class CandidatePairs:
         inside: those with boxes inside the robots' gates.
         nearest: pairs of robots with boxes inside or near their gates, nearest first; each robot
             and each box occurs at most once.
-        lone: those of a robot and a box that have no other one near.
+        lone: those of a robot and a box that have no other one near, nor a new track that an image
+            has shown beside the robot.
         new_near: pairs of a new track and a box of its class inside its gate or near it.
         new_inside: those with boxes inside the gates.
         given: the likeliest assignment of the pairs inside robots' gates.
@@ -105,7 +106,15 @@ class CandidatePairs:
                 columns.add(to[k])
                 nearest.append(k)
         boxes_of, robots_of = Counter(of[k] for k in near), Counter(to[k] for k in near)
-        lone = {k for k in nearest if boxes_of[of[k]] == robots_of[to[k]] == 1}
+        new_at: dict[int, list[Track]] = {}
+        for k in grown:
+            new_at.setdefault(to[k], []).append(tracks[of[k]])
+        lone = {
+            k
+            for k in nearest
+            if boxes_of[of[k]] == robots_of[to[k]] == 1
+            and not any(new.coexisted(tracks[of[k]]) for new in new_at.get(to[k], ()))
+        }
         given = _best(of, to, squared, wide, threshold, inside)
         return cls(
             pairs, of, to, squared, wide, kind, threshold, reach, robots, inside, nearest,

@@ -198,12 +198,16 @@ class StateBlocks:
                 self.ambiguity.update_reacquired(unseen, moved[0], apart[0, 0], spread[0, 0])
             self.rotation_fault.spread(group.velocity_changes, slots, moved)
         if before is group:
-            group.tie(first, second, TUNING.same_place_m)
+            fits = group.tie(first, second, TUNING.same_place_m)
+            self._joined(group, first, second, fits)
             return
         # The old robot temporarily joins the new one's group, so that its history is used.
         guest = copy_robot(before, first, group)
         group.tie(guest, second, TUNING.same_place_m)
         group.drop(np.array([guest]))
+
+    def _joined(self, group: JointState, first: int, second: int, fits: float) -> None:
+        """Let other laws take in that two robots of a group are one, if there are any."""
 
     def update_reacquired(self, rows: Indices, offsets: Array, spread: Array) -> None:
         """Update with boxes of reacquired robots, after images that no robots explained.

@@ -13,6 +13,7 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.faults.consistency import InnovationMonitor
 from aerial_gnss_ros.core.faults.noise_level import NoiseLevel
 from aerial_gnss_ros.core.faults.rotation_fault import RobotsInView
+from aerial_gnss_ros.core.filter.blocks import TUNING as BLOCKS
 from aerial_gnss_ros.core.filter.camera_faults import CameraFaults
 from aerial_gnss_ros.core.filter.innovation import (
     PairInnovations,
@@ -294,6 +295,10 @@ class JointFilter(CameraFaults):
             group.manoeuvre_noise.forget()
             group.velocity_changes.discount(factor)
         self._stationary = wider * self._stationary
+
+    def _joined(self, group: JointState, first: int, second: int, fits: float) -> None:
+        if self.laws.moored is not None:
+            self.laws.moored.join(group, first, second, BLOCKS.same_place_m, fits)
 
     def begin(self, seen: Measurements, columns: Indices) -> None:
         """Add a robot for each of the detections `columns`, in rows after the present ones."""

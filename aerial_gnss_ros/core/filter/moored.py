@@ -14,8 +14,8 @@ cast off at any time (`casting_off`). Its box is judged given all others of the 
 turns the camera tells nothing of it, and the law's evidence counts it by the mixture of both modes:
 one robot that leaves is no evidence against what the others do.
 
-The mean square of sums of innovations over `TUNING.strain_sum_s` tells how much the robots swing,
-or for how long errors of their boxes last: both add up where white noise would not.
+A robot that no image has shown for a while is found again where each law expects it, or elsewhere:
+that counts as its boxes do, and what is moored stays so.
 """
 
 from __future__ import annotations
@@ -34,11 +34,12 @@ from aerial_gnss_ros.core.filter.moored_law import MooredLaw
 from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
+from aerial_gnss_ros.core.filter.swing import Swing
 from aerial_gnss_ros.core.filter.update import correct
 from aerial_gnss_ros.core.models.evidence import CLEAR_NATS
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import PlatformModel
-from aerial_gnss_ros.core.numerics.gaussian import inverse
+from aerial_gnss_ros.core.numerics.gaussian import inverse, mahalanobis
 
 Array = NDArray[np.float64]
 
@@ -60,25 +61,10 @@ class MooredTuning:
     make evidence look larger than it is. Judged."""
     given_up_nats: float = -15.0
     """Log odds below which it is given up, and another one begun. Judged."""
-    strain_sum_s: float = 1.0
-    """Time constant over which innovations of a moored robot add up, s. Judged."""
-    strained: float = 1.25
-    """Mean of their normalised squares, halved, above which the swing is larger. Judged."""
-    slack: float = 0.9
-    """Below which it is smaller. Judged."""
-    strain_s: float = 2.0
-    """Time over which that mean is taken, anew after each change, s. Judged."""
-    larger: float = 1.6
-    """By what factor the swing's variance then changes. Judged."""
-    least_sway_m: float = 0.01
-    """Least swing, one sigma, m. Judged."""
-    largest_sway_m: float = 0.3
-    """Largest swing, one sigma, m. Judged."""
 
 
 TUNING = MooredTuning()
 
-_POWERS = np.array([1.0, 1.0, 2.0])
 _NOBODY = np.zeros(0, np.intp)
 
 
@@ -94,11 +80,11 @@ class MooredHypothesis:
         law: the one in which some are moored; None where none is tried.
         evidence: log odds of it to `base`, nats; -inf where none is tried.
         leaving: whether moored robots of the law have cast off.
+        swing: how much they swing.
     """
 
     def __init__(self, base: JointState, adrift: bool) -> None:
         self.base, self.adrift = base, adrift
-        self._least_variance = TUNING.least_sway_m**2
         self._now_s = self._asked_s = self._step_s = 0.0
         self._first_seen_s: dict[int, float] = {}
         self._noted = _NOBODY
@@ -108,10 +94,7 @@ class MooredHypothesis:
         """Give the hypothesis up."""
         self.law: MooredLaw | None = None
         self.evidence = -math.inf
-        self.leaving = CastingOff(0)
-        # Of each robot of the law: sum of its innovations (2), their variance.
-        self._sums: Array = np.zeros((0, 3))
-        self._strain: Array = np.zeros(2)
+        self.leaving, self.swing = CastingOff(0), Swing(0)
         # Numbers of the base's and the law's robots, where the law has the base's, and the numbers
         # when it last had all of them.
         self._places = _NOBODY, _NOBODY, _NOBODY
@@ -134,7 +117,7 @@ class MooredHypothesis:
             self.reset()
             return
         self._move(self.law, seconds, keep, stationary, motion)
-        self._sums *= math.exp(-seconds / TUNING.strain_sum_s) ** _POWERS
+        self.swing.predict(seconds)
         self.leaving.predict(seconds, float(motion.acceleration) ** 2)
 
     def update(
@@ -162,7 +145,7 @@ class MooredHypothesis:
         if self._now_s - self._asked_s >= TUNING.asked_every_s:
             self._asked_s = self._now_s
             if self.law is not None:
-                self._adapt(self.law)
+                self.law.variance = self.swing.adapted(self.law.variance, self._stay(self.law))
             self._ask()
 
     def correct_alone(
@@ -203,6 +186,35 @@ class MooredHypothesis:
         law.own = np.full((2, len(law)), np.nan)
         law.own[:, self.places()] = self.base.own
 
+    def join(self, first: int, second: int, sigma: float, fits: float) -> None:
+        """Take in that a robot is another one, which no image had shown for a while.
+
+        Args:
+            first: that one's place in `base`.
+            second: the robot's.
+            sigma: one sigma of how far they may be apart, m.
+            fits: log density of their distance in `base`, nats.
+        """
+        law = self.law
+        if law is None:
+            return
+        self._sync(law)
+        known, found = self.places()[[first, second]]
+        if not law.sway[known]:
+            return
+        slots = np.array([known])
+        before = law.own_covariances(slots)
+        apart, spread = law.join(known, found, sigma)
+        squared, size = mahalanobis(apart, spread)
+        self.evidence += -0.5 * float(squared + size) - fits
+        self.evidence += self.leaving.update(
+            slots, apart[None], spread[None], np.eye(2)[None], before @ inverse(spread[None])
+        )
+        kept = np.arange(len(law)) != found
+        law.drop(np.array([found]))
+        self.swing.keep(kept, 0)
+        self.leaving.keep(kept, 0)
+
     def _compare(self, law: MooredLaw, found: Outcome, base: Outcome, before: Array) -> None:
         """Take in how well an image fitted both laws.
 
@@ -221,12 +233,7 @@ class MooredHypothesis:
             followed = before[moored] @ by_place.swapaxes(1, 2) @ inverse(own) @ by_place
             self.evidence += self.leaving.update(seen, residual[moored], own, by_place, followed)
         if len(seen):
-            sums = self._sums[seen]
-            sums[:, :2] += found.normalised()[moored]
-            sums[:, 2] += 1.0
-            self._sums[seen] = sums
-            each = (sums[:, :2] ** 2).sum(axis=1) / sums[:, 2]
-            self._strain += self._step_s * np.array([0.5 * each.sum(), len(seen)])
+            self.swing.update(seen, found.normalised()[moored], self._step_s)
             odds = self.leaving.odds[seen]
             leaving = int((odds > CLEAR_NATS).sum())
             if leaving > 1 and 2 * leaving > np.count_nonzero(law.sway):
@@ -250,8 +257,7 @@ class MooredHypothesis:
                 return
             self.law = self._begin()
             self.evidence = TUNING.first_nats
-            self.leaving = CastingOff(len(self.law))
-            self._sums = np.zeros((len(self.law), 3))
+            self.leaving, self.swing = CastingOff(len(self.law)), Swing(len(self.law))
             for slot in begin:
                 self._moor(self.law, slot, TUNING.joins_nats)
         while slots := self._eligible(self.law):
@@ -276,7 +282,7 @@ class MooredHypothesis:
         odds = other.still_odds()
         if odds > least:
             self.law, self.evidence = other.without_current(), drifting.evidence + odds
-            self._sums, self.leaving = drifting._sums.copy(), copy.deepcopy(drifting.leaving)
+            self.swing, self.leaving = copy.deepcopy((drifting.swing, drifting.leaving))
 
     def _move(
         self, law: MooredLaw, seconds: float, keep: Array, stationary: Array, motion: MotionModel
@@ -301,7 +307,7 @@ class MooredHypothesis:
 
     def _moor(self, law: MooredLaw, slot: int, odds: float) -> None:
         law.moor(slot)
-        self._sums[slot] = 0.0
+        self.swing.begin(slot)
         self.leaving.begin(slot, -odds)
 
     def _eligible(self, law: JointState) -> list[int]:
@@ -316,17 +322,6 @@ class MooredHypothesis:
             if self._first_seen_s.get(one, math.inf) <= latest
         ]
 
-    def _adapt(self, law: MooredLaw) -> None:
-        """Let the swing be as large as boxes tell."""
-        squares, weight = self._strain.tolist()
-        if weight < TUNING.strain_s * np.count_nonzero(law.sway):
-            return
-        self._strain[:] = 0.0
-        if squares > TUNING.strained * weight:
-            law.variance = min(law.variance * TUNING.larger, TUNING.largest_sway_m**2)
-        elif squares < TUNING.slack * weight:
-            law.variance = max(law.variance / TUNING.larger, self._least_variance)
-
     def _sync(self, law: MooredLaw) -> None:
         """Let the law have the robots that the base has."""
         theirs = self.base.ids
@@ -335,11 +330,10 @@ class MooredHypothesis:
         kept = np.isin(law.ids, theirs)
         kept[law.current] = True
         law.drop(np.flatnonzero(~kept))
-        self._sums = self._sums[kept]
         new = np.flatnonzero(~np.isin(theirs, law.ids))
         for slot in new.tolist():
             law.take(self.base, slot)
-        self._sums = np.concatenate([self._sums, np.zeros((len(new), 3))])
+        self.swing.keep(kept, len(new))
         self.leaving.keep(kept, len(new))
         self._take_motions(law)
         self._synced = theirs, law.ids

@@ -13,6 +13,7 @@ from __future__ import annotations
 import copy
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -211,6 +212,31 @@ class MooredLaw(JointState):
         self.by_pose[slot : slot + 1, 2:] = 0.0
         self.sway[slot] = 1.0
 
+    def join(self, moored: int, found: int, sigma: float) -> tuple[Array, Array]:
+        """Condition on a moored robot being shown where another one is, whose number it gets.
+
+        Args:
+            moored: its place.
+            found: the other one's.
+            sigma: one sigma of how far they may be apart, m.
+
+        Returns:
+            How far (2,) they were apart, m, and the covariance (2, 2) of that, m².
+        """
+        a, b = COUNT + 4 * moored, COUNT + 4 * found
+        across = self._difference(np.arange(b, b + 2), np.arange(a, a + 2))
+        across -= self.covariance[a + 2 : a + 4]
+        spread = across[:, b : b + 2] - across[:, a : a + 2] - across[:, a + 2 : a + 4]
+        spread = spread + sigma**2 * np.eye(2)
+        apart = self.robots[found, :2] - self.robots[moored] @ np.tile(np.eye(2), (2, 1))
+        gain = np.linalg.solve(spread, across)
+        self.mean = self.mean - apart @ gain
+        self.covariance = self.covariance - across.T @ gain
+        self.ids, self.rows, self.unseen = (
+            _with(one, moored, one[found]) for one in (self.ids, self.rows, self.unseen)
+        )
+        return apart, spread
+
     def own_covariances(self, slots: Indices) -> Array:
         """Return covariances (m, 2, 2) of where robots are seen if the platform were known, m²."""
         sway, n = self.sway[slots, None, None], len(self)
@@ -333,6 +359,13 @@ def given_errors(own: Array, with_errors: Array, errors: Array) -> Array:
         errors: (k, k) covariance of the errors.
     """
     found: Array = own - with_errors @ inverse_of_errors(errors) @ with_errors.swapaxes(1, 2)
+    return found
+
+
+def _with(values: Any, place: int, value: Any) -> Any:
+    """Return a copy with another value at a place: what others share is not changed."""
+    found = values.copy()
+    found[place] = value
     return found
 
 

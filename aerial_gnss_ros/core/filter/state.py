@@ -19,6 +19,7 @@ from aerial_gnss_ros.core.filter.state_arrays import Indices, StateArrays
 from aerial_gnss_ros.core.models.motion_model import TUNING as MOTION_MODEL
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import COUNT, LATENCY
+from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 
 Array = NDArray[np.float64]
 
@@ -114,25 +115,31 @@ class JointState(StateArrays):
         P.reshape(-1)[_own_places(n)] += noise.take(_NOISE_OF_ENTRY, axis=1).ravel()
         self.unseen = self.unseen + seconds
 
-    def tie(self, first: int, second: int, sigma: float) -> None:
+    def tie(self, first: int, second: int, sigma: float) -> float:
         """Condition on two robots having the same position.
 
         Args:
             first: index in `rows`.
             second: likewise.
             sigma: one sigma of their distance, m.
+
+        Returns:
+            Log density of their distance, which was zero, up to a constant, nats.
         """
         a, b = COUNT + 4 * first, COUNT + 4 * second
         apart = self.covariance[a : a + 2] - self.covariance[b : b + 2]
         spread = apart[:, a : a + 2] - apart[:, b : b + 2] + sigma**2 * np.eye(2)
         gain = np.linalg.solve(spread, apart)
         before = self.robots[first, 2:].copy()
-        self.mean -= (self.mean[a : a + 2] - self.mean[b : b + 2]) @ gain
+        off = self.mean[a : a + 2] - self.mean[b : b + 2]
+        squared, size = mahalanobis(off, spread)
+        self.mean -= off @ gain
         self.covariance -= apart.T @ gain
         if self.unseen[first] <= MOTION_MODEL.held_seen_s:
             unknown = float(self.covariance[b + 2, b + 2] + self.covariance[b + 3, b + 3])
             self.velocity_changes.inherit(first, second, self.robots[second, 2:] - before, unknown)
         self.manoeuvre_noise.inherit(first, second)
+        return -0.5 * float(squared + size)
 
     def inflate_velocities(self, slots: Indices, speed: Array | float, seconds: float) -> None:
         """Inflate the covariance by an unforeseen change of velocity.

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
 from aerial_gnss_ros.core.association.track import Track
@@ -14,13 +15,13 @@ from aerial_gnss_ros.core.numerics.gaussian import mahalanobis
 GATE = 9.0  # a radius of 3 m, since covariances are of 1 m²; just outside it is up to 9 m
 
 
-def candidates(apart, kind, tracks=("aqua",) * 3, boxes=("aqua",) * 3):
+def candidates(apart, kind, tracks=("aqua",) * 3, boxes=("aqua",) * 3, every=()):
     """Return the pairs of all tracks with all boxes, so far apart (n, m), m."""
     apart = np.array(apart, dtype=float)
     rows, columns = np.divmod(np.arange(apart.size), apart.shape[1])
     offsets = np.column_stack([apart.ravel(), np.zeros(apart.size)])
     pairs = PairInnovations(rows, columns, offsets, np.tile(np.eye(2), (apart.size, 1, 1)))
-    every = [Track(name, 0, 0) for name in tracks[: len(kind)]]
+    every = list(every) or [Track(name, 0, 0) for name in tracks[: len(kind)]]
     distances = mahalanobis(pairs.offsets, pairs.spread)
     return CandidatePairs.of_image(pairs, distances, list(kind), every, list(boxes), GATE)
 
@@ -46,6 +47,18 @@ def test_the_nearest_box_is_one_robots_and_no_box_is_two_robots():
 def test_alone_are_a_robot_and_a_box_with_no_other_one_near():
     assert candidates([[2.0, 9.1], [9.1, 8.0], [9.2, 8.5]], [ROBOT] * 3).lone == {0}
     assert not candidates([[2.0, 8.0]], [ROBOT]).lone
+
+
+@pytest.mark.parametrize(
+    ("apart", "hits", "alone"),
+    [(2.0, (5, 6), False), (2.0, (6, 8), True), (3.1, (5, 6), True)],
+    ids=["another robot", "perhaps the robot itself", "outside its gate"],
+)
+def test_a_box_of_what_was_seen_beside_a_robot_is_not_the_robots(apart, hits, alone):
+    robot, new = Track("aqua", 0, 5, hits=(4, 5)), Track("aqua", 0, 8, hits=hits)
+    found = candidates([[8.0], [apart]], [ROBOT, NEW], every=[robot, new])
+    assert found.nearest == [0]
+    assert found.lone == ({0} if alone else set())
 
 
 def test_the_best_pairs_are_the_likeliest_all_together():

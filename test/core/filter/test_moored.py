@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.filter.casting_off import CastingOff
 from aerial_gnss_ros.core.filter.moored import TUNING, MooredHypothesis
 from aerial_gnss_ros.core.filter.moored_law import CURRENT, given_errors
 from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.swing import Swing
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import COUNT, HEADING
 
@@ -233,7 +234,7 @@ def tried(adrift=False):
     base = Base(ids=np.arange(3), own=np.full((2, 3), np.nan))
     one = MooredHypothesis(base, adrift)
     one.law, one.evidence = StandIn(3), TUNING.first_nats
-    one._sums, one.leaving = np.zeros((4, 3)), CastingOff(4)
+    one.swing, one.leaving = Swing(4), CastingOff(4)
     for slot in range(3):
         one.leaving.begin(slot, -5.0)
     one._places = base.ids, one.law.ids, np.arange(3)
@@ -327,20 +328,6 @@ def test_where_most_seem_to_leave_the_hypothesis_is_wrong():
     assert one.law is None
 
 
-@pytest.mark.parametrize(("innovation", "larger"), [(0.6, True), (0.02, False)])
-def test_the_swing_is_as_large_as_boxes_tell(innovation, larger):
-    one = tried()
-    for _ in range(40):
-        one.predict(STEP_S, None, None, MOTION)
-        own = outcome([[innovation, innovation]] * 3)
-        one._compare(one.law, own, own, KNOWN)
-        one.leaving.log_odds[:] = -np.inf  # only the swing is asked for here
-    one._adapt(one.law)
-    assert one.law.variance == pytest.approx(
-        0.1**2 * TUNING.larger if larger else 0.1**2 / TUNING.larger
-    )
-
-
 def test_that_robots_stay_begins_as_that_they_drift_by_nothing():
     drifting, still = tried(adrift=True), tried()
     drifting.evidence, still.law = 3.0, None
@@ -351,7 +338,7 @@ def test_that_robots_stay_begins_as_that_they_drift_by_nothing():
     drifting.law.still_odds = lambda: -1.5
     still.begin_as(drifting, -4.0)
     assert (still.law, still.evidence) == ("still", 1.5)
-    assert still._sums is not drifting._sums
+    assert still.swing is not drifting.swing
     assert still.leaving is not drifting.leaving
 
 
@@ -419,7 +406,7 @@ def test_the_law_has_the_robots_that_the_base_has():
     base.unseen[:] = 0.0
     one._ask()
     assert one.law.sway.tolist() == [1.0, 1.0, 1.0, 0.0]
-    one._sums[:, 0] = [1.0, 2.0, 3.0, 4.0]
+    one.swing.sums[:, 0] = [1.0, 2.0, 3.0, 4.0]
     one.leaving.log_odds[:, 0] = [-1.0, -2.0, -3.0, -np.inf]
     begin(base, 2)
     base.own[:, 4] = 0.2, 0.5  # its class has its own motion
@@ -428,9 +415,9 @@ def test_the_law_has_the_robots_that_the_base_has():
     assert set(one.law.ids.tolist()) == {*base.ids.tolist(), CURRENT}
     assert one.law.ids[one.places()].tolist() == base.ids.tolist()
     np.testing.assert_array_equal(one.law.own[:, one.places()], base.own)
-    assert one._sums[one.places(), 0].tolist() == [1.0, 3.0, 0.0, 0.0]
+    assert one.swing.sums[one.places(), 0].tolist() == [1.0, 3.0, 0.0, 0.0]
     assert one.leaving.log_odds[one.places(), 0].tolist() == [-1.0, -3.0, -np.inf, -np.inf]
-    assert one._sums[one.law.current, 0] == 4.0
+    assert one.swing.sums[one.law.current, 0] == 4.0
 
 
 def begin(base, count):
@@ -439,3 +426,60 @@ def begin(base, count):
     places = np.random.default_rng(len(base)).normal(0.0, 10.0, (count, 2))
     state = np.column_stack([places, np.zeros((count, 2))])
     base.append(np.arange(count) + len(base), state, np.zeros((count, 4, COUNT)), own)
+
+
+@pytest.mark.parametrize(
+    ("off_m", "gains", "stays"),
+    [(0.0, True, True), (0.3, True, True), (1.5, False, False)],
+    ids=["there", "near", "elsewhere"],
+)
+def test_a_moored_robot_that_is_found_again_stays_so(off_m, gains, stays):
+    """The base expects it within 3 m, the law within 0.2 m; it may have left in the meantime."""
+    base = JointState(1e-6 * np.eye(COUNT))
+    begin(base, 2)
+    one = MooredHypothesis(base, adrift=False)
+    one.predict(2.0 * TUNING.watched_s, None, None, MOTION)
+    base.unseen[:] = 0.0
+    one._ask()
+    one.law.variance, one.evidence = 0.1**2, 0.0
+    one.leaving.predict(10.0, 0.05**2)
+    place = base.robots[0, :2] + [off_m, 0.0]
+    own = np.diag([0.01, 0.01, 0.25, 0.25])[None]
+    base.append(np.array([2]), np.array([[*place, 0.0, 0.0]]), np.zeros((1, 4, COUNT)), own)
+    base.covariance[COUNT, COUNT] = base.covariance[COUNT + 1, COUNT + 1] = 9.0
+    given, judged = [], one.leaving.update
+    one.leaving.update = lambda *all_: given.append(all_) or judged(*all_)
+    one.join(0, 2, 0.1, base.tie(0, 2, 0.1))
+    _, _, spread, by_place, followed = given[0]
+    # Place, new track and what they may be apart have 0.1 m each: the law follows a third.
+    np.testing.assert_allclose(spread[0], 0.03 * np.eye(2), atol=1e-4)
+    np.testing.assert_allclose(followed[0], np.eye(2) / 3.0, atol=1e-3)
+    np.testing.assert_array_equal(by_place, [np.eye(2)])
+    assert (one.evidence > 3.0) == gains
+    number = base.ids[2]
+    base.drop(np.array([0]))
+    one._sync(one.law)
+    assert one.law.ids.tolist()[0] == number
+    assert len(one.law) == 3
+    assert np.count_nonzero(one.law.sway) == 2
+    assert (one.leaving.odds[0] < 0.0) == stays
+    states, own = one.law.published()
+    shown, spread = one.leaving.mix(np.array([0]), states[:1], own[:1])
+    off = shown[0, :2] - place
+    assert off @ np.linalg.solve(spread[0, :2, :2], off) < 9.0
+
+
+def test_a_swimming_robot_that_is_found_again_swims_in_the_law():
+    base = JointState(1e-6 * np.eye(COUNT))
+    begin(base, 3)
+    one = MooredHypothesis(base, adrift=False)
+    one.predict(2.0 * TUNING.watched_s, None, None, MOTION)
+    base.unseen[:] = 0.0
+    one._ask()
+    one.law.sway[0] = 0.0
+    before = one.evidence
+    begin(base, 1)
+    one.join(0, 3, 0.1, base.tie(0, 3, 0.1))
+    assert one.evidence == before
+    assert len(one.law) == 5
+    MooredHypothesis(base, adrift=True).join(1, 3, 0.1, 0.0)  # no law is tried

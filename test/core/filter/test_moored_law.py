@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.filter.moored_law import CURRENT, TUNING, MooredLaw
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import COUNT
 
@@ -134,3 +135,36 @@ def test_a_slow_current_is_as_likely_as_a_fast_one(velocity, sigma):
     densities = [np.exp(-0.5 * squared / one**2) / one**2 for one in sigmas]
     ratio = np.mean(np.mean(densities, axis=0) / densities[0])
     assert law.slow_odds() == pytest.approx(np.log(ratio), abs=0.02)
+
+
+def test_a_moored_robot_is_joined_with_what_is_found_where_it_is_shown():
+    """Both are weighed by their covariances, the swing included, and the platform learns of it."""
+    base = JointState(0.25 * np.eye(COUNT))
+    by_platform = np.zeros((2, 4, COUNT))
+    by_platform[1, 0, 0] = 1.0  # the second one is as far east as the receiver's error says
+    states = np.array([[1.0, 2.0, 0.3, 0.0], [2.0, 2.0, 0.0, 0.0]])
+    own = np.tile(np.diag([0.04, 0.04, 0.01, 0.01]), (2, 1, 1))
+    base.append(np.arange(2), states, by_platform, own)
+    law = MooredLaw.of(base, adrift=False)
+    number = law.ids[1]
+    law.sway[0] = 1.0
+    apart, spread = law.join(0, 1, 0.1)
+    np.testing.assert_allclose(apart, [0.7, 0.0], atol=1e-12)
+    np.testing.assert_allclose(np.diag(spread), [0.04 + 0.01 + 0.04 + 0.25 + 0.01, 0.1])
+    assert law.ids[0] == number
+    # The receiver's error explains 0.25 / 0.35 of what they are apart.
+    assert law.mean[0] == pytest.approx(-0.7 * 0.25 / 0.35)
+    assert law.covariance[0, 0] == pytest.approx(0.25 - 0.25**2 / 0.35)
+    assert law.robots[0, 0] + law.robots[0, 2] == pytest.approx(1.3 + 0.7 * 0.05 / 0.35)
+
+
+def test_joining_changes_nothing_that_the_base_has():
+    base = JointState(0.25 * np.eye(COUNT))
+    own = np.tile(np.eye(4), (2, 1, 1))
+    base.append(np.arange(2), np.zeros((2, 4)), np.zeros((2, 4, COUNT)), own)
+    law = MooredLaw.of(base, adrift=False)
+    before = base.ids.tolist(), base.rows.tolist()
+    law.sway[0] = 1.0
+    law.join(0, 1, 0.1)
+    assert (base.ids.tolist(), base.rows.tolist()) == before
+    assert law.rows[0] == law.rows[1]

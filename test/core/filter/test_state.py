@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 
@@ -191,3 +192,13 @@ def test_what_is_forgotten_is_decided_by_the_next_image_alone():
         np.testing.assert_allclose(
             joint.blocks()[i, :2, :2], back @ noise @ back.T, rtol=5e-3, atol=5e-3
         )
+
+
+def test_how_likely_robots_have_one_position_is_told_as_they_are_tied():
+    """They are 0.6 m apart, in sigmas of 0.5 m: sqrt(0.12 + 0.12 + 0.01)."""
+    state = JointState(0.25 * np.eye(COUNT))
+    own = np.tile(np.diag([0.12, 0.12, 1.0, 1.0]), (2, 1, 1))
+    places = np.array([[0.0, 0.0, 0.0, 0.0], [0.6, 0.0, 0.0, 0.0]])
+    state.append(np.arange(2), places, np.zeros((2, 4, COUNT)), own)
+    assert state.tie(0, 1, 0.1) == pytest.approx(-0.5 * (0.36 / 0.25 + 2.0 * math.log(0.25)))
+    np.testing.assert_allclose(state.robots[:, 0], [0.6 * 0.12 / 0.25, 0.6 * 0.13 / 0.25])
