@@ -93,6 +93,20 @@ class AlternativeLaws:
         if first:
             self.times.correct_alone(slots, pixels, view, level)
 
+    def join(self, group: JointState, known: int, found: int, sigma: float, fits: float) -> None:
+        """Take in that a group has two robots that are one, as it has.
+
+        Args:
+            group: the joint state.
+            known: place of the one that no image had shown for a while.
+            found: place of the one that it is.
+            sigma: one sigma of how far they may be apart, m.
+            fits: log density of their distance in that state, nats.
+        """
+        if self.moored is not None:
+            self.moored.join(group, known, found, sigma, fits)
+        self.times.join(group, known, found, sigma, fits)
+
     def update(
         self,
         group: JointState,

@@ -139,6 +139,11 @@ class CorrelationTimes:
         except np.linalg.LinAlgError:
             self.restart()
 
+    def join(self, group: JointState, known: int, found: int, sigma: float, fits: float) -> None:
+        """Take in that two robots are one (see `AlternativeLaws`)."""
+        if self._base is group and self._is_same():
+            self._told_nats += self._law.tie(known, found, sigma) - fits
+
     def inflate_velocities(self, slots: Indices, speeds: Array, seconds: float) -> None:
         """Inflate velocities as those of the joint state (see `JointState`)."""
         if self.runs and self._is_same():

@@ -297,8 +297,7 @@ class JointFilter(CameraFaults):
         self._stationary = wider * self._stationary
 
     def _joined(self, group: JointState, first: int, second: int, fits: float) -> None:
-        if self.laws.moored is not None:
-            self.laws.moored.join(group, first, second, BLOCKS.same_place_m, fits)
+        self.laws.join(group, first, second, BLOCKS.same_place_m, fits)
 
     def begin(self, seen: Measurements, columns: Indices) -> None:
         """Add a robot for each of the detections `columns`, in rows after the present ones."""

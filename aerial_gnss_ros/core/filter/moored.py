@@ -186,20 +186,13 @@ class MooredHypothesis:
         law.own = np.full((2, len(law)), np.nan)
         law.own[:, self.places()] = self.base.own
 
-    def join(self, first: int, second: int, sigma: float, fits: float) -> None:
-        """Take in that a robot is another one, which no image had shown for a while.
-
-        Args:
-            first: that one's place in `base`.
-            second: the robot's.
-            sigma: one sigma of how far they may be apart, m.
-            fits: log density of their distance in `base`, nats.
-        """
+    def join(self, known: int, found: int, sigma: float, fits: float) -> None:
+        """Take in that two robots of `base` are one (see `AlternativeLaws`)."""
         law = self.law
         if law is None:
             return
         self._sync(law)
-        known, found = self.places()[[first, second]]
+        known, found = self.places()[[known, found]].tolist()
         if not law.sway[known]:
             return
         slots = np.array([known])

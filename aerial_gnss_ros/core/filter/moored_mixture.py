@@ -171,10 +171,10 @@ class MooredMixture:
                     one.evidence += likelier(one.law, change, prior) - swim
                     recalibrate(one.law, change, prior, sight, searched=False)
 
-    def join(self, group: JointState, first: int, second: int, sigma: float, fits: float) -> None:
-        """Take in that two robots of a group are one (see `MooredHypothesis`)."""
+    def join(self, group: JointState, known: int, found: int, sigma: float, fits: float) -> None:
+        """Take in that two robots of a group are one (see `AlternativeLaws`)."""
         for one in self._of(group).both:
-            one.join(first, second, sigma, fits)
+            one.join(known, found, sigma, fits)
 
     def settle(self, error: int, mean: float, sigma: float) -> None:
         """Take over what is known of one of the platform's errors (see `JointState`)."""

@@ -11,7 +11,11 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.filter.correlation_times import TUNING
+from aerial_gnss_ros.core.config.estimator import estimator_config
+from aerial_gnss_ros.core.filter.correlation_times import TUNING, CorrelationTimes
+from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.models.motion_model import motion_model
+from aerial_gnss_ros.core.models.platform_model import COUNT, PlatformModel
 
 pytestmark = pytest.mark.flights
 
@@ -91,3 +95,26 @@ def test_it_begins_anew_with_the_filter(quick):
     joint.reset()
     assert joint.model.correlation_time_s == 300.0
     assert joint.laws.times.evidence < 0.0
+
+
+def test_a_robot_that_is_found_again_is_so_in_both_states():
+    """Where the receiver's error is uncertain by 4 m² in one state, and by 1 m² in the other."""
+    config = estimator_config({})
+    times = CorrelationTimes(PlatformModel(config.noise, config.gimbal.reference))
+    base = JointState(np.eye(COUNT))
+    own = np.tile(np.eye(4), (2, 1, 1))
+    by_platform = np.zeros((2, 4, COUNT))
+    by_platform[1, 0, 0] = 1.0
+    places = np.array([[0.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0]])
+    base.append(np.arange(2), places, by_platform, own)
+    times.join(base, 0, 1, 0.1, 5.0)  # no state runs yet
+    times.predict(base, 0.0, np.eye(COUNT), motion_model(config))
+    times._base, times._law = base, JointState(4.0 * np.eye(COUNT))
+    times._law.append(np.arange(2), places, by_platform, own)
+    times._law.ids = base.ids
+    times.join(base, 0, 1, 0.1, 5.0)
+    squared, size = 4.0 / 6.01, math.log(6.01) + math.log(2.01)
+    assert times._told_nats == pytest.approx(-0.5 * (squared + size) - 5.0)
+    assert times._law.mean[0] == pytest.approx(-2.0 * 4.0 / 6.01)
+    times.join(JointState(np.eye(COUNT)), 0, 1, 0.1, 5.0)  # another group
+    assert times._law.mean[0] == pytest.approx(-2.0 * 4.0 / 6.01)
