@@ -143,7 +143,7 @@ def table(every: Sequence[Figures], flights: Sequence[str]) -> str:
         of_case = {one.flight: one for one in every if one.case == case}
         weights = np.array([one.positions for one in of_case.values()])
         middle = [
-            f"{np.median([getattr(one, name) for one in of_case.values()]):.2f}"
+            f"{np.nanmedian([getattr(one, name) for one in of_case.values()]):.2f}"
             for name in ("positions", "error_m", "sigma_m", "nees")
         ]
         wrong = np.nansum(weights * [one.wrong for one in of_case.values()]) / weights.sum()
