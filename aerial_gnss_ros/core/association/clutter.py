@@ -26,8 +26,8 @@ class ClutterTuning:
     """Beta distribution of the share of robots that are missed, before any image. Judged: one in
     twenty, as if ten had been expected."""
     prior_false: tuple[float, float] = (0.2, 10.0)
-    """Gamma distribution of the number of false boxes in an image, or beside the gates of ten
-    robots, before any image. Judged: two in a hundred, as if ten had been seen."""
+    """Gamma distribution of the number of false boxes in an image, and of those beside a robot's
+    gate, before any image. Judged: two in a hundred, as if ten had been seen."""
     doubtful_odds: float = 0.05
     """Odds of clutter to a robot's own box from which its gate is too wide for one box. Judged."""
 
