@@ -130,6 +130,15 @@ def shared_data() -> Path:
 
 
 @pytest.fixture(scope="session")
+def independent_flights(shared_data) -> Path:
+    """Return the folder of flights of another simulation, or skip."""
+    path = shared_data / "independent_flights"
+    if not path.is_dir():
+        pytest.skip(f"no independent flights: {path} is absent")
+    return path
+
+
+@pytest.fixture(scope="session")
 def make_set():
     """Return a function that writes a small labelled data set: coloured discs on grey water."""
     import cv2

@@ -33,11 +33,8 @@ LIMITS = {
 
 
 @pytest.mark.parametrize("flight", LIMITS)
-def test_nothing_needs_to_be_stated(flight, shared_data):
-    folder = shared_data / "independent_flights"
-    if not folder.is_dir():
-        pytest.skip(f"no independent flights: {folder} is absent")
-    found = fly("nothing", folder / flight)
+def test_nothing_needs_to_be_stated(flight, independent_flights):
+    found = fly("nothing", independent_flights / flight)
     rms_m, nees, least = LIMITS[flight]
     assert found.positions > least
     assert found.error_m < rms_m

@@ -132,11 +132,8 @@ def test_stamps_and_places_of_telemetry():
         ("deviation 5 deg", "orbit30_still"),
     ],
 )
-def test_a_constant_error_is_contained(case, flight, shared_data):
-    folder = shared_data / "independent_flights"
-    if not folder.is_dir():
-        pytest.skip(f"no independent flights: {folder} is absent")
-    found = unstated_errors.fly(case, folder / flight)
+def test_a_constant_error_is_contained(case, flight, independent_flights):
+    found = unstated_errors.fly(case, independent_flights / flight)
     assert found.positions > 0.95
     assert found.wrong < 0.01
     assert found.names == 3
@@ -153,11 +150,10 @@ def test_a_constant_error_is_contained(case, flight, shared_data):
         ("no boxes for 5 s in 15", "orbit60_coloured", 0.5),
     ],
 )
-def test_robots_that_stay_are_known_where_boxes_are_missed(case, flight, error_m, shared_data):
-    folder = shared_data / "independent_flights"
-    if not folder.is_dir():
-        pytest.skip(f"no independent flights: {folder} is absent")
-    found = unstated_errors.fly(case, folder / flight)
+def test_robots_that_stay_are_known_where_boxes_are_missed(
+    case, flight, error_m, independent_flights
+):
+    found = unstated_errors.fly(case, independent_flights / flight)
     assert found.positions > (0.4 if case == "half the boxes missed" else 0.25)
     assert found.error_m < error_m
     assert found.names == 3

@@ -228,7 +228,8 @@ class MooredLaw(JointState):
         across -= self.covariance[a + 2 : a + 4]
         spread = across[:, b : b + 2] - across[:, a : a + 2] - across[:, a + 2 : a + 4]
         spread = spread + sigma**2 * np.eye(2)
-        apart = self.robots[found, :2] - self.robots[moored] @ np.tile(np.eye(2), (2, 1))
+        place, swing = self.robots[moored, :2], self.robots[moored, 2:]
+        apart = self.robots[found, :2] - (place + swing)
         gain = np.linalg.solve(spread, across)
         self.mean = self.mean - apart @ gain
         self.covariance = self.covariance - across.T @ gain

@@ -15,6 +15,7 @@ from aerial_gnss_ros.core.filter.casting_off import CastingOff
 from aerial_gnss_ros.core.filter.moored import TUNING, MooredHypothesis
 from aerial_gnss_ros.core.filter.moored_law import CURRENT, given_errors
 from aerial_gnss_ros.core.filter.state import JointState
+from aerial_gnss_ros.core.filter.swing import TUNING as SWING
 from aerial_gnss_ros.core.filter.swing import Swing
 from aerial_gnss_ros.core.models.motion_model import MotionModel
 from aerial_gnss_ros.core.models.platform_model import COUNT, HEADING
@@ -328,6 +329,23 @@ def test_where_most_seem_to_leave_the_hypothesis_is_wrong():
     assert one.law is None
 
 
+@pytest.mark.parametrize(("innovation", "larger"), [(0.6, True), (0.02, False)])
+def test_the_swing_is_as_large_as_boxes_tell(innovation, larger):
+    one = tried()
+    for _ in range(40):
+        one.predict(STEP_S, None, None, MOTION)
+        own = outcome([[innovation, innovation]] * 3)
+        one._compare(one.law, own, own, KNOWN)
+        one.leaving.log_odds[:] = -np.inf  # only the swing is asked for here
+    one._ask = lambda: None
+    one.predict(2.0 * TUNING.asked_every_s, None, None, MOTION)
+    nobody = SimpleNamespace(slots=[])
+    one.update(nobody, None, None, None, 1.0)
+    assert one.law.variance == pytest.approx(
+        0.1**2 * SWING.larger if larger else 0.1**2 / SWING.larger
+    )
+
+
 def test_that_robots_stay_begins_as_that_they_drift_by_nothing():
     drifting, still = tried(adrift=True), tried()
     drifting.evidence, still.law = 3.0, None
@@ -398,13 +416,25 @@ def test_two_robots_begin_a_law(adrift):
         assert (one.law is not None) == (count == 2)
 
 
-def test_the_law_has_the_robots_that_the_base_has():
-    base = JointState(0.01 * np.eye(COUNT))
-    begin(base, 3)
-    one = MooredHypothesis(base, adrift=True)
+def begun(count, adrift=False, variance=0.01):
+    """Return robots that seem to stay, and a hypothesis of which a law has begun with them.
+
+    Args:
+        count: number of robots.
+        adrift: whether they may drift.
+        variance: of the platform's errors.
+    """
+    base = JointState(variance * np.eye(COUNT))
+    begin(base, count)
+    one = MooredHypothesis(base, adrift)
     one.predict(2.0 * TUNING.watched_s, None, None, MOTION)
     base.unseen[:] = 0.0
     one._ask()
+    return base, one
+
+
+def test_the_law_has_the_robots_that_the_base_has():
+    base, one = begun(3, adrift=True)
     assert one.law.sway.tolist() == [1.0, 1.0, 1.0, 0.0]
     one.swing.sums[:, 0] = [1.0, 2.0, 3.0, 4.0]
     one.leaving.log_odds[:, 0] = [-1.0, -2.0, -3.0, -np.inf]
@@ -435,12 +465,7 @@ def begin(base, count):
 )
 def test_a_moored_robot_that_is_found_again_stays_so(off_m, gains, stays):
     """The base expects it within 3 m, the law within 0.2 m; it may have left in the meantime."""
-    base = JointState(1e-6 * np.eye(COUNT))
-    begin(base, 2)
-    one = MooredHypothesis(base, adrift=False)
-    one.predict(2.0 * TUNING.watched_s, None, None, MOTION)
-    base.unseen[:] = 0.0
-    one._ask()
+    base, one = begun(2, variance=1e-6)
     one.law.variance, one.evidence = 0.1**2, 0.0
     one.leaving.predict(10.0, 0.05**2)
     place = base.robots[0, :2] + [off_m, 0.0]
@@ -470,12 +495,7 @@ def test_a_moored_robot_that_is_found_again_stays_so(off_m, gains, stays):
 
 
 def test_a_swimming_robot_that_is_found_again_swims_in_the_law():
-    base = JointState(1e-6 * np.eye(COUNT))
-    begin(base, 3)
-    one = MooredHypothesis(base, adrift=False)
-    one.predict(2.0 * TUNING.watched_s, None, None, MOTION)
-    base.unseen[:] = 0.0
-    one._ask()
+    base, one = begun(3, variance=1e-6)
     one.law.sway[0] = 0.0
     before = one.evidence
     begin(base, 1)
