@@ -31,7 +31,7 @@ import one_thread  # noqa: F401 - before numpy
 import numpy as np
 from box_chains import chains
 from numpy.typing import NDArray
-from real_water import Row, camera_of, gimbal, read, stamp, write_bag
+from real_water import Row, Tables, camera_of, gimbal, stamp, write_bag
 from tables import columns, show
 
 from aerial_gnss_ros.bags.reader import open_bag
@@ -125,14 +125,11 @@ class Flight:
                 yield chain[0][1], found
 
 
-def fly(folder: Path, config: EstimatorConfig, every_row: bool = False) -> Flight:
-    """Import and replay a flight, with a sample for each row or for each new one."""
-    rows = read(folder / "telemetry.csv")
-    stamps = {row["frame_no"]: stamp(row) for row in rows}
-    boxes = [
-        (_key(stamps, box), box["class"]) for box in read(folder / "boxes.csv") if box["class"]
-    ]
-    flight = Flight(rows, boxes)
+def fly(tables: Tables, config: EstimatorConfig) -> Flight:
+    """Import and replay a flight."""
+    stamps = {row["frame_no"]: stamp(row) for row in tables.rows}
+    boxes = [(_key(stamps, box), box["class"]) for box in tables.boxes if box["class"]]
+    flight = Flight(tables.rows, boxes)
     measured: dict[int, dict[str, int]] = {}
     update = Tracker.update
 
@@ -147,7 +144,7 @@ def fly(folder: Path, config: EstimatorConfig, every_row: bool = False) -> Fligh
     engine = Estimator(config)
     with tempfile.TemporaryDirectory() as place, patch.object(Tracker, "update", watched):
         bag = Path(place) / "bag"
-        write_bag(folder, bag, every_row)
+        write_bag(tables, bag)
         with open_bag([bag]) as opened:
             replay = Replay(opened, config, DetectorConfig(), no_detector, estimator=engine)
             flight.results = list(replay.results())
@@ -239,13 +236,19 @@ def main() -> None:
                         help="a parameter other than the default")  # fmt: skip
     parser.add_argument("--every-row", action="store_true",
                         help="telemetry that repeats itself is sent again")  # fmt: skip
+    parser.add_argument("--part", nargs=2, type=float, default=(0.0, 1.0),
+                        metavar=("FIRST", "LAST"), help="shares of the time")  # fmt: skip
+    parser.add_argument("--backwards", action="store_true", help="time runs backwards")
     parser.add_argument("--markdown", type=Path, help="where to write the table")
     given = parser.parse_args()
     config = estimator_config({key: _value(text) for key, text in map(_halves, given.set)})
     rows = []
     for one in sorted(given.flights.iterdir()):
         if given.only in one.name and (one / "boxes.csv").is_file():
-            rows.append(line(one.name, fly(one, config, given.every_row)))
+            tables = Tables.of(one, given.every_row).part(*given.part)
+            rows.append(
+                line(one.name, fly(tables.backwards() if given.backwards else tables, config))
+            )
             print(" | ".join(rows[-1]), flush=True)
     show(columns(HEADS, rows), given.markdown)
 

@@ -23,6 +23,7 @@ import heapq
 import math
 from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -118,20 +119,67 @@ def read(path: Path) -> list[Row]:
         return list(csv.DictReader(file))
 
 
-def write_bag(flight: Path, bag: Path, every_row: bool = False) -> dict[str, int]:
+@dataclass(frozen=True)
+class Tables:
+    """The tables of a flight.
+
+    Attributes:
+        rows: of its telemetry, one an image.
+        samples: those that become samples.
+        boxes: of its images.
+    """
+
+    rows: list[Row]
+    samples: list[Row]
+    boxes: list[Row]
+
+    @classmethod
+    def of(cls, flight: Path, every_row: bool = False) -> Tables:
+        """Read a flight.
+
+        Args:
+            flight: folder of the two tables.
+            every_row: whether rows that repeat the last telemetry become samples, too.
+        """
+        rows, boxes = read(flight / "telemetry.csv"), read(flight / "boxes.csv")
+        return cls(rows, rows if every_row else written(rows), boxes)
+
+    def part(self, first: float, last: float) -> Tables:
+        """Return what happens between two shares of the time, 0 to 1."""
+        begin, end = (float(self.rows[i]["t_s"]) for i in (0, -1))
+
+        def inside(row: Row) -> bool:
+            return first <= (float(row["t_s"]) - begin) / (end - begin) <= last
+
+        kept = {row["frame_no"] for row in self.rows if inside(row)}
+        rows, samples, boxes = (
+            [row for row in table if row["frame_no"] in kept]
+            for table in (self.rows, self.samples, self.boxes)
+        )
+        return Tables(rows, samples, boxes)
+
+    def backwards(self) -> Tables:
+        """Return the flight as if time ran backwards: latencies change their sign."""
+        both = float(self.rows[0]["t_s"]) + float(self.rows[-1]["t_s"])
+        rows, samples = (
+            [{**row, "t_s": str(both - float(row["t_s"]))} for row in reversed(table)]
+            for table in (self.rows, self.samples)
+        )
+        return Tables(rows, samples, self.boxes[::-1])
+
+
+def write_bag(tables: Tables, bag: Path) -> dict[str, int]:
     """Write a flight's bag; return the number of messages by topic.
 
     Args:
-        flight: folder of the two tables.
+        tables: of the flight.
         bag: to write.
-        every_row: whether rows that repeat the last telemetry become samples, too.
 
     Raises:
         OutputError: the bag exists already, or cannot be written.
     """
-    rows, boxes = read(flight / "telemetry.csv"), read(flight / "boxes.csv")
-    sent = telemetry(rows if every_row else written(rows))
-    merged = heapq.merge(sent, images(rows, boxes), key=lambda one: one[0])
+    sent, shown = telemetry(tables.samples), images(tables.rows, tables.boxes)
+    merged = heapq.merge(sent, shown, key=lambda one: one[0])
     with BagWriter(bag) as writer:
         for at, topic, kind, values in merged:
             writer.write(topic, kind, at, values, RELIABLE if topic == "detections" else SENSOR)
@@ -145,7 +193,7 @@ def main() -> None:
     parser.add_argument("bag", type=Path, metavar="BAG", help="bag to write")
     parser.add_argument("--every-row", action="store_true", help="a sample for each row")
     given = parser.parse_args()
-    counts = write_bag(given.flight, given.bag, given.every_row)
+    counts = write_bag(Tables.of(given.flight, given.every_row), given.bag)
     for topic, count in sorted(counts.items()):
         print(f"{count:6d} {topic}")
 

@@ -123,6 +123,16 @@ class CandidatePairs:
         )  # fmt: skip
 
     @property
+    def near(self) -> list[int]:
+        """Pairs of robots with boxes of their class inside or near their gates."""
+        return [k for k in self.robots if self.squared[k] <= self.reach]
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether a robot's box may be another one's: gates overlap, or one has no box."""
+        return len(self.given) < self.kind.count(ROBOT) or self.contested
+
+    @property
     def contested(self) -> bool:
         """Whether robots' gates overlap, with several robots and boxes in them."""
         rows = {self.rows[k] for k in self.inside}

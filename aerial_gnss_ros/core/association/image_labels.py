@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -26,6 +27,9 @@ class ImageLabelsTuning:
 
 
 TUNING = ImageLabelsTuning()
+
+UNMODELLED_COST = -2.0 * math.log(TUNING.unmodelled_probability)
+"""Minus twice the log of that probability."""
 
 
 class LabelEvidence(NamedTuple):

@@ -1,12 +1,13 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Tracks robots in the image plane while images have no pose, to keep their labels.
+"""Tracks robots in the image plane, to keep their labels.
 
 An image without a pose gives no position, but its boxes still show which robot went where. They are
 linked from image to image (`image_links`), from the last image that updated robots to the first
 ones with a pose again. Each point has label probabilities, which each link mixes by the
 probabilities of its assignments, so that ambiguity accumulates. The result is evidence for
-re-identification, beside positions; positions are never derived from it.
+re-identification, beside positions, and for the assignment of boxes while poses are so uncertain
+that it is in doubt; positions are never derived from it.
 """
 
 from __future__ import annotations
@@ -144,12 +145,12 @@ class ImageTracks:
         )
 
     def expected(self, frame: DetectionFrame) -> dict[int, LabelEvidence]:
-        """Return the evidence for an image's boxes; empty without a recent gap in poses.
+        """Return the evidence of the images before for an image's boxes.
 
         Args:
             frame: its boxes; `measured` or `followed` come next.
         """
-        return {} if self.blind_ns is None else self.followed(frame, blind=False)
+        return self.followed(frame, blind=False)
 
     def followed(self, frame: DetectionFrame, blind: bool = True) -> dict[int, LabelEvidence]:
         """Process an image whose boxes updated no robot; return the evidence for its boxes.

@@ -11,7 +11,10 @@ covariance K (cross-covariances included), the cost of the assignment is
 
 minus twice its log likelihood (joint compatibility: Neira and Tardós 2001). Each pair in turn is
 taken for right, unless an earlier one has suggested it, and suggests the likeliest assignment of
-the others given its offset; the cheapest of these is chosen.
+the others given its offset; the cheapest of these is chosen. A box outside its robot's gate is the
+robot's if it is inside given that offset.
+
+What tracking in the image says of each pair is added. It knows nothing of the pose's errors.
 """
 
 from __future__ import annotations
@@ -44,16 +47,22 @@ TUNING = JointAssignmentTuning()
 
 
 def jointly_likeliest(
-    rows: list[int], columns: list[int], offsets: Array, covariance: Array, threshold: float
+    rows: list[int],
+    columns: list[int],
+    offsets: Array,
+    covariance: Array,
+    threshold: float,
+    image_cost: Array,
 ) -> list[int]:
     """Return the indices of the assignment of k pairs with the greatest joint likelihood.
 
     Args:
-        rows: (k,) of pairs inside the gate and of one class, in ascending order.
+        rows: (k,) of pairs inside the gate or near it, and of one class, in ascending order.
         columns: (k,) of these pairs.
         offsets: (k, 2) from robot to box, m.
         covariance: (2 k, 2 k) of these, m².
         threshold: squared distance at the edge of a gate.
+        image_cost: (k,) minus twice the log likelihood of pairs by tracking in the image.
     """
     k = len(rows)
     blocks = covariance.reshape(k, 2, k, 2)
@@ -63,9 +72,12 @@ def jointly_likeliest(
     missing: dict[int, float] = {}
     for row, one in zip(rows, wide.tolist(), strict=True):
         missing[row] = max(missing.get(row, -math.inf), threshold + one)
-    best = likeliest(rows, columns, squared.tolist(), wide.tolist(), threshold)
-    least, suggested = _cost(best, rows, offsets, covariance, missing), set[int]()
+    best = _inside(list(range(k)), rows, columns, squared, wide + image_cost, threshold)
+    least = _cost(best, rows, offsets, covariance, missing) + float(image_cost[best].sum())
+    suggested = set[int]()
     for right in np.argsort(squared, kind="stable")[: TUNING.suggesting_pairs].tolist():
+        if squared[right] > threshold:
+            break
         if right in suggested:  # it would suggest the same
             continue
         gain = np.linalg.solve(spread[right], blocks[right].reshape(2, 2 * k)).T.reshape(k, 2, 2)
@@ -73,20 +85,34 @@ def jointly_likeliest(
         rest = spread - gain @ blocks[right].transpose(1, 0, 2)
         open_ = [i for i in range(k) if rows[i] != rows[right] and columns[i] != columns[right]]
         near, log = mahalanobis(left[open_], rest[open_]) if open_ else (np.zeros(0), np.zeros(0))
-        inside = [i for i, one in enumerate(near.tolist()) if one <= threshold]
-        chosen = likeliest(
-            [rows[open_[i]] for i in inside],
-            [columns[open_[i]] for i in inside],
-            near[inside].tolist(),
-            log[inside].tolist(),
-            threshold,
-        )
-        found = sorted([right, *(open_[inside[i]] for i in chosen)])
+        others = _inside(open_, rows, columns, near, log + image_cost[open_], threshold)
+        found = sorted([right, *others])
         suggested.update(found)
-        cost = _cost(found, rows, offsets, covariance, missing)
+        cost = _cost(found, rows, offsets, covariance, missing) + float(image_cost[found].sum())
         if cost < least:
             best, least = found, cost
     return best
+
+
+def _inside(
+    pairs: list[int],
+    rows: list[int],
+    columns: list[int],
+    squared: Array,
+    log_determinant: Array,
+    threshold: float,
+) -> list[int]:
+    """Return the likeliest of some pairs, of those that are inside the gate."""
+    inside = np.flatnonzero(squared <= threshold)
+    of = [pairs[i] for i in inside.tolist()]
+    chosen = likeliest(
+        [rows[i] for i in of],
+        [columns[i] for i in of],
+        squared[inside].tolist(),
+        log_determinant[inside].tolist(),
+        threshold,
+    )
+    return [of[i] for i in chosen]
 
 
 def _cost(

@@ -10,6 +10,7 @@ The matcher only decides; the tracker changes tracks and filter.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ from aerial_gnss_ros.core.association.clutter import Clutter, chance_probability
 from aerial_gnss_ros.core.association.coherence import manoeuvred_pairs, swerves
 from aerial_gnss_ros.core.association.decision import NO_PAIRS, Association
 from aerial_gnss_ros.core.association.gating import NEITHER, NEW, ROBOT, CandidatePairs
+from aerial_gnss_ros.core.association.image_labels import UNMODELLED_COST
 from aerial_gnss_ros.core.association.joint_assignment import TUNING as JOINT_ASSIGNMENT
 from aerial_gnss_ros.core.association.joint_assignment import jointly_likeliest
 from aerial_gnss_ros.core.association.scene_mismatch import RobotsSeen, SceneMismatch
@@ -32,6 +34,9 @@ from aerial_gnss_ros.core.values.estimates import State
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
+ImageCost = Callable[[], Array]
+"""Returns minus twice the log likelihood (n, m) of tracks' measurements by tracking in the image;
+it is computed where it is needed."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +72,17 @@ class Matcher:
         self.clutter = Clutter()
         self.mismatch = SceneMismatch()
 
-    def gate(self, tracks: list[Track], seen: Measurements, stamp_ns: int) -> CandidatePairs | None:
-        """Return the candidate pairs of an image, None without tracks or boxes."""
+    def gate(
+        self, tracks: list[Track], seen: Measurements, stamp_ns: int, image_cost: ImageCost
+    ) -> CandidatePairs | None:
+        """Return the candidate pairs of an image, None without tracks or boxes.
+
+        Args:
+            tracks: all of them.
+            seen: the image's measurements.
+            stamp_ns: of the image, ns.
+            image_cost: tells what tracking in the image says of tracks and measurements.
+        """
         if not tracks or not len(seen.index):
             self.clutter.update(stamp_ns, 0, 0, 0)
             return None
@@ -79,20 +93,24 @@ class Matcher:
         distances, classes = mahalanobis(pairs.offsets, pairs.spread), seen.class_ids.tolist()
         self._ignore_wide(kind, pairs.rows.tolist(), distances[1], tracks, stamp_ns)
         found = CandidatePairs.of_image(pairs, distances, kind, tracks, classes, self.threshold)
-        return self._judged_jointly(found, seen)
+        return self._judged_jointly(found, seen, image_cost)
 
-    def _judged_jointly(self, candidates: CandidatePairs, seen: Measurements) -> CandidatePairs:
+    def _judged_jointly(
+        self, candidates: CandidatePairs, seen: Measurements, image_cost: ImageCost
+    ) -> CandidatePairs:
         """Return the candidates with the assignment of robots that is likeliest for all boxes."""
-        inside = candidates.inside
-        if not candidates.contested or len(inside) > JOINT_ASSIGNMENT.most_joint_pairs:
+        near = candidates.near
+        if not candidates.contested or len(near) > JOINT_ASSIGNMENT.most_joint_pairs:
             return candidates
-        pairs = candidates.pairs.of(inside)
+        pairs = candidates.pairs.of(near)
         covariance = self._filter.compare_jointly(seen, pairs)
         if covariance is None:
             return candidates
         rows, columns = pairs.rows.tolist(), pairs.columns.tolist()
-        chosen = jointly_likeliest(rows, columns, pairs.offsets, covariance, self.threshold)
-        return candidates.with_given([inside[k] for k in chosen])
+        # Positions count as well, and links may fail in a way that is not modelled.
+        image = np.minimum(image_cost()[pairs.rows, pairs.columns], UNMODELLED_COST)
+        chosen = jointly_likeliest(rows, columns, pairs.offsets, covariance, self.threshold, image)
+        return candidates.with_given([near[k] for k in chosen])
 
     def assign(
         self, tracks: list[Track], candidates: CandidatePairs, boxes: int, stamp_ns: int

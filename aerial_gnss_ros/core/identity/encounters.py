@@ -149,6 +149,7 @@ class Encounters:
         columns: Indices,
         seen: Measurements,
         stamp_ns: int,
+        image_cost: Array | None = None,
     ) -> tuple[Indices, Swaps]:
         """Update with the boxes of one image; return what corrects exchanged labels.
 
@@ -158,6 +159,8 @@ class Encounters:
             columns: (m,) their measurements.
             seen: the image's measurements.
             stamp_ns: of the image, ns.
+            image_cost: minus twice the log likelihood of all tracks' measurements by tracking in
+                the image.
 
         Returns:
             The measurements (m,) that update the tracks, and the rows of tracks that exchange
@@ -172,13 +175,20 @@ class Encounters:
         if not self._pairs and not _close(positions, white):
             return columns, []
         shown, columns = [tracks[row] for row in rows[labelled].tolist()], columns.copy()
-        order, swaps = self.follow(shown, rows[labelled], positions, white, stamp_ns)
+        cost = None if image_cost is None else image_cost[rows[labelled]][:, boxes]
+        order, swaps = self.follow(shown, rows[labelled], positions, white, stamp_ns, cost)
         columns[labelled] = boxes[order]
         of = rows[labelled].tolist()
         return columns, [(of[a], of[b]) for a, b in swaps]
 
     def follow(
-        self, tracks: list[Track], rows: Indices, positions: Array, white: Array, stamp_ns: int
+        self,
+        tracks: list[Track],
+        rows: Indices,
+        positions: Array,
+        white: Array,
+        stamp_ns: int,
+        image_cost: Array | None = None,
     ) -> tuple[Indices, Swaps]:
         """Update with the boxes of an image's labelled robots; return what corrects labels.
 
@@ -188,6 +198,8 @@ class Encounters:
             positions: (m, 2) of their boxes, East, North, m.
             white: (m, 2, 2) white covariance of these, m².
             stamp_ns: of the image, ns.
+            image_cost: (m, m) minus twice the log likelihood of tracks' boxes by tracking in the
+                image.
 
         Returns:
             Indices (m,) of the boxes that update the tracks: 0 to m - 1, permuted where exchanged;
@@ -204,7 +216,14 @@ class Encounters:
                 separation, spread = positions[other] - positions[one], white[one] + white[other]
                 own = self._known.box_noise(positions[both])
                 common = (white[both] - own).mean(axis=0)
-                if pair.update(stamp_ns, positions[both], own, common, self._acceleration) > 0.5:
+                exchange = 0.0
+                if image_cost is not None:
+                    direct = image_cost[a, one] + image_cost[b, other]
+                    exchange = 0.5 * float(direct - image_cost[a, other] - image_cost[b, one])
+                exchanged = pair.update(
+                    stamp_ns, positions[both], own, common, self._acceleration, exchange
+                )
+                if exchanged > 0.5:
                     boxes[a], boxes[b] = other, one
                     pair.exchange()
                 parted = (

@@ -104,7 +104,13 @@ class PairHypotheses:
         self.signs = -self.signs
 
     def update(
-        self, stamp_ns: int, places: Array, own: Array, common: Array, acceleration: float
+        self,
+        stamp_ns: int,
+        places: Array,
+        own: Array,
+        common: Array,
+        acceleration: float,
+        exchange: float = 0.0,
     ) -> float:
         """Update with the two boxes of one image.
 
@@ -117,6 +123,7 @@ class PairHypotheses:
             own: (2, 2, 2) white covariance of each, m².
             common: (2, 2) covariance of the error common to both, m².
             acceleration: along the robot's course, root of the spectral density, m/s^1.5.
+            exchange: log likelihood ratio of an exchange by tracking in the image.
         """
         self._predict((stamp_ns - self.seen_ns) * 1e-9, acceleration)
         self.seen_ns = stamp_ns
@@ -129,11 +136,13 @@ class PairHypotheses:
         states = self.states + np.einsum("kij,skj->ski", gain, off)
         squared = np.einsum("ski,kij,skj->sk", off, inverse, off)
         weights = self.log_weights - 0.5 * (squared + np.linalg.slogdet(spread)[1])
-        weights = (weights - weights.max()).reshape(-1)
         k = len(self.states)
         signs = np.repeat([1.0, -1.0], k)
+        changed = signs != np.tile(self.signs, 2)
+        weights = weights.reshape(-1) + exchange * changed
+        weights -= weights.max()
         share = np.exp(weights)
-        other = float(share[signs != np.tile(self.signs, 2)].sum() / share.sum())
+        other = float(share[changed].sum() / share.sum())
         self._keep(states.reshape(2 * k, 10), np.tile(left, (2, 1, 1)), weights, signs)
         return other
 

@@ -4,16 +4,73 @@
 
 from __future__ import annotations
 
+import math
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
+from aerial_gnss_ros.core.association.image_labels import LabelEvidence
 from aerial_gnss_ros.core.association.image_tracks import ImageTracks
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
+Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+CONTRADICTED = 100.0
+"""Minus twice the log likelihood of what tracking in the image excludes."""
+
+
+class BoxEvidence:
+    """What tracking in the image says of an image's boxes; computed where it is needed.
+
+    Args:
+        image: tracks boxes in the image plane.
+        boxes: all of the image.
+    """
+
+    def __init__(self, image: ImageTracks, boxes: DetectionFrame) -> None:
+        self._image, self._boxes = image, boxes
+
+    @cached_property
+    def _labels(self) -> dict[int, LabelEvidence]:
+        return self._image.expected(self._boxes)
+
+    def cost(self, tracks: list[Track], seen: Measurements) -> Array:
+        """Return minus twice the log likelihood (n, m) of n tracks' m measurements.
+
+        It is `CONTRADICTED` where the image clearly shows another robot.
+        """
+        found = np.zeros((len(tracks), len(seen.index)))
+        named = [(row, track.robot_id) for row, track in enumerate(tracks) if track.robot_id]
+        for column, index in enumerate(seen.index.tolist()):
+            if index in self._labels:
+                one = self._labels[index]
+                for row, name in named:
+                    wrong = one.contradicts(name)
+                    found[row, column] = (
+                        CONTRADICTED if wrong else -2.0 * math.log(one.factor(name))
+                    )
+        return found
+
+    def uncontradicted(
+        self, tracks: list[Track], seen: Measurements, rows: Indices, columns: Indices
+    ) -> tuple[Indices, Indices]:
+        """Drop pairs of an assignment that contradict tracking in the image.
+
+        While poses are uncertain or wrong, one robot's box may lie in another robot's gate.
+
+        Args:
+            tracks: all of them.
+            seen: the image's measurements.
+            rows: (m,) of the tracks.
+            columns: (m,) of their measurements.
+        """
+        kept = self.cost(tracks, seen)[rows, columns] < CONTRADICTED
+        return rows[kept], columns[kept]
 
 
 class ImageEvidence:
@@ -26,35 +83,14 @@ class ImageEvidence:
     def __init__(self, image: ImageTracks) -> None:
         self._image = image
 
-    def uncontradicted(
-        self,
-        tracks: list[Track],
-        boxes: DetectionFrame,
-        seen: Measurements,
-        rows: Indices,
-        columns: Indices,
-    ) -> tuple[Indices, Indices]:
-        """Drop pairs of an assignment that contradict tracking in the image.
+    @property
+    def blind(self) -> bool:
+        """Whether images had no pose, or a wrong one, a moment ago."""
+        return self._image.blind_ns is not None
 
-        While images have wrong poses, or none, one robot's box may lie in another robot's gate.
-
-        Args:
-            tracks: all of them.
-            boxes: all of the image.
-            seen: the image's measurements.
-            rows: (m,) of the tracks.
-            columns: (m,) of their measurements.
-        """
-        if self._image.blind_ns is None:
-            return rows, columns
-        labels = self._image.expected(boxes)
-        names = [tracks[row].robot_id for row in rows]
-        indices = seen.index[columns].tolist()
-        kept = [
-            not name or index not in labels or not labels[index].contradicts(name)
-            for name, index in zip(names, indices, strict=True)
-        ]
-        return rows[kept], columns[kept]
+    def of(self, boxes: DetectionFrame) -> BoxEvidence:
+        """Return the evidence for an image's boxes, before its robots are updated."""
+        return BoxEvidence(self._image, boxes)
 
     def label(
         self, tracks: list[Track], measured: dict[int, int], frame: PosedFrame, unexplained: bool

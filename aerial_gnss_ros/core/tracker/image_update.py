@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +19,23 @@ from aerial_gnss_ros.core.tracker.recovery import Recovery
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
 from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 
+Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+
+class Assigned(NamedTuple):
+    """Measurements that are assigned to tracks.
+
+    Attributes:
+        rows: (k,) of the tracks.
+        columns: (k,) of their measurements.
+        image_cost: minus twice the log likelihood (n, m) of n tracks' m measurements by tracking in
+            the image, None where nothing is in doubt.
+    """
+
+    rows: Indices
+    columns: Indices
+    image_cost: Array | None = None
 
 
 class ImageUpdate:
@@ -44,28 +62,31 @@ class ImageUpdate:
         self._table, self._matcher, self._encounters = table, matcher, encounters
         self._evidence, self._recovery, self._rule = evidence, recovery, rule
 
-    def assign(self, seen: Measurements, stamp_ns: int) -> tuple[Indices, Indices]:
-        """Assign measurements to tracks; return rows (m,) and columns (m,) of the pairs.
+    def assign(self, seen: Measurements, boxes: DetectionFrame) -> Assigned:
+        """Assign measurements to tracks.
 
         Args:
             seen: the image's measurements.
-            stamp_ns: of the image, ns.
+            boxes: all of the image.
         """
+        tracks, stamp_ns, evidence = self._table.tracks, boxes.stamp_ns, self._evidence.of(boxes)
         self._matcher.fresh_s = self._rule.window_ns * 1e-9
-        able = self._matcher.gate(self._table.tracks, seen, stamp_ns)
+        able = self._matcher.gate(tracks, seen, stamp_ns, lambda: evidence.cost(tracks, seen))
         if able is None:
-            return NO_PAIRS
+            return Assigned(*NO_PAIRS)
         self._table.note_innovations(able, seen, stamp_ns)
-        decided = self._matcher.assign(self._table.tracks, able, len(seen.index), stamp_ns)
+        decided = self._matcher.assign(tracks, able, len(seen.index), stamp_ns)
         self._table.apply(decided, able)
-        return decided.rows, decided.columns
+        if not (able.doubtful or self._evidence.blind):
+            return Assigned(decided.rows, decided.columns)
+        pairs = evidence.uncontradicted(tracks, seen, decided.rows, decided.columns)
+        return Assigned(*pairs, evidence.cost(tracks, seen))
 
     def correct(
         self,
         seen: Measurements,
         boxes: DetectionFrame,
-        rows: Indices,
-        columns: Indices,
+        assigned: Assigned,
         passed: float,
     ) -> tuple[dict[int, int], Indices]:
         """Correct tracks by assigned measurements, and start tracks from the others.
@@ -73,8 +94,7 @@ class ImageUpdate:
         Args:
             seen: the image's measurements.
             boxes: all of the image.
-            rows: (m,) of the tracks.
-            columns: (m,) of their measurements.
+            assigned: measurements to tracks.
             passed: time since the last image, s.
 
         Returns:
@@ -82,8 +102,8 @@ class ImageUpdate:
             they imply an impossible speed.
         """
         tracks, stamp_ns = self._table.tracks, boxes.stamp_ns
-        rows, columns = self._evidence.uncontradicted(tracks, boxes, seen, rows, columns)
-        columns, swaps = self._encounters.update(tracks, rows, columns, seen, stamp_ns)
+        rows, columns, cost = assigned
+        columns, swaps = self._encounters.update(tracks, rows, columns, seen, stamp_ns, cost)
         for one, other in swaps:
             tracks[one].swap_labels(tracks[other])
         window_ns = self._rule.window_ns

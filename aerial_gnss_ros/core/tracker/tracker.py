@@ -153,12 +153,12 @@ class Tracker:
         """
         boxes, stamp_ns = frame.detections, frame.detections.stamp_ns
         mismatch = self._matcher.mismatch.active
-        rows, columns = self._image_update.assign(seen, stamp_ns)
+        assigned = self._image_update.assign(seen, boxes)
         if self._matcher.mismatch.active and self._recovery.explains(seen, stamp_ns):
             self._go_back()
             returned = True
-            rows, columns = self._image_update.assign(seen, stamp_ns)
-        measured, refused = self._image_update.correct(seen, boxes, rows, columns, passed)
+            assigned = self._image_update.assign(seen, boxes)
+        measured, refused = self._image_update.correct(seen, boxes, assigned, passed)
         if mismatch and not self._matcher.mismatch.active:
             self._recovery.reject_unlabelled(stamp_ns)
         if not (self._matcher.mismatch.active or self._recovery.fork):

@@ -61,6 +61,19 @@ def test_a_box_of_what_was_seen_beside_a_robot_is_not_the_robots(apart, hits, al
     assert found.lone == ({0} if alone else set())
 
 
+@pytest.mark.parametrize(
+    ("apart", "doubtful", "near"),
+    [
+        ([[1.0, 9.1], [8.0, 1.0]], False, [0, 2, 3]),
+        ([[1.0, 2.0], [8.0, 1.0]], True, [0, 1, 2, 3]),  # two boxes in one gate
+        ([[1.0], [9.1]], True, [0]),  # the second one has no box
+    ],
+)
+def test_whose_a_box_is_may_be_doubtful(apart, doubtful, near):
+    found = candidates(apart, [ROBOT] * 2)
+    assert (found.doubtful, found.near) == (doubtful, near)
+
+
 def test_the_best_pairs_are_the_likeliest_all_together():
     found = candidates([[1.0, 2.0], [1.1, 9.0]], [ROBOT] * 2)
     assert found.inside == [0, 1, 2]

@@ -42,9 +42,14 @@ def _joint(pairs, speed=0.0):
     )
 
 
+def _silent():
+    """Say nothing about the image."""
+    raise AssertionError
+
+
 def decided(matcher, tracks, seen, now):
     """Return what a matcher decides of an image."""
-    return matcher.assign(tracks, matcher.gate(tracks, seen, now), len(seen.index), now)
+    return matcher.assign(tracks, matcher.gate(tracks, seen, now, _silent), len(seen.index), now)
 
 
 def test_a_near_miss_is_a_free_box_just_outside_the_gate_of_a_robot_without_one():
@@ -138,7 +143,7 @@ def test_empty_images_are_images_too():
     """Otherwise images seem seconds apart when the view is empty, and one box may do anything."""
     nothing = boxes(0)
     matcher = Matcher(SimpleNamespace(), 11.6, 2.0)
-    assert matcher.gate([], nothing, 5) is None
+    assert matcher.gate([], nothing, 5, _silent) is None
     assert matcher.clutter.stamp_ns == 5
 
 

@@ -83,6 +83,18 @@ def test_each_robot_keeps_its_name_whatever_boxes_the_association_gives(seed, sw
     assert _meet(seed, 0.3, swap_from)[0] == 0
 
 
+@pytest.mark.parametrize(("cost", "boxes"), [(None, [0, 1]), (-10.0, [0, 1]), (10.0, [1, 0])])
+def test_the_picture_may_show_that_boxes_were_exchanged(cost, boxes):
+    """Two that hardly move lie where they were. `cost` is that of each one's own box."""
+    meeting, white = Encounters(Water()), np.repeat(SIGMA**2 * np.eye(2)[None], 2, axis=0)
+    tracks = [Track("aqua", 0, 0, State.CONFIRMED, name, velocity=np.zeros(2)) for name in "ab"]
+    places = np.array([[0.0, 0.0], [0.2, 0.0]])
+    image_cost = None if cost is None else cost * np.eye(2)
+    meeting.follow(tracks, np.arange(2), places, white, 0)
+    found, _ = meeting.follow(tracks, np.arange(2), places, white, SECOND // 10, image_cost)
+    assert found.tolist() == boxes
+
+
 def test_doubt_is_published_only_while_there_is_some():
     far, near = _meet(1, 2.5)[1], _meet(1, 0.05)[1]
     assert far == 0.0

@@ -84,3 +84,19 @@ def test_hypotheses_are_merged_unless_they_label_the_boxes_differently():
         pair.update(stamp_ns, np.zeros((2, 2)), noise, 0.01 * np.eye(2), 0.1)
         assert sorted(pair.signs) == [-1.0, 1.0]
         assert pair.exchanged == pytest.approx(0.5)
+
+
+def test_what_the_picture_says_of_an_exchange_counts_as_odds():
+    """Both boxes are in the middle between the two: only the picture tells which is which."""
+    spread = np.tile(np.diag([0.05**2] * 4), (2, 1, 1))
+    own, common = np.tile(SIGMA**2 * np.eye(2), (2, 1, 1)), 0.05**2 * np.eye(2)
+    ways = np.array([[-0.05, 0.0], [0.05, 0.0]])
+    for odds, probability in ((9.0, 0.9), (0.25, 0.2)):
+        pair = PairHypotheses.begin(("a", "b"), ways, np.zeros((2, 2)), spread, 0)
+        seen = np.zeros((2, 2))
+        changed = pair.update(100_000_000, seen, own, common, 0.1, np.log(odds))
+        assert changed == pytest.approx(probability)
+        assert pair.exchanged == pytest.approx(probability)
+        again = pair.update(200_000_000, seen, own, common, 0.1, -100.0)
+        assert again == pytest.approx(0.0, abs=1e-9)
+        assert pair.exchanged == pytest.approx(probability, abs=0.01)

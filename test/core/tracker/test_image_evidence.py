@@ -10,7 +10,7 @@ import numpy as np
 
 from aerial_gnss_ros.core.association.image_labels import LabelEvidence
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
+from aerial_gnss_ros.core.tracker.image_evidence import CONTRADICTED, ImageEvidence
 
 A, B = LabelEvidence({"a": 0.99, "b": 0.001}, 0.0), LabelEvidence({"a": 0.001, "b": 0.99}, 0.0)
 
@@ -32,12 +32,26 @@ def test_a_pair_that_the_picture_contradicts_is_left_out():
     made, _ = picture({4: B, 5: B, 6: A})
     seen = SimpleNamespace(index=np.array([4, 5, 6]))
     every = np.arange(3)
-    rows, columns = made.uncontradicted(tracks, None, seen, every, every)
+    rows, columns = made.of(None).uncontradicted(tracks, seen, every, every)
     assert (rows.tolist(), columns.tolist()) == ([1, 2], [1, 2])
-    rows, _ = picture({})[0].uncontradicted(tracks, None, seen, every, every)
+    rows, _ = picture({})[0].of(None).uncontradicted(tracks, seen, every, every)
     assert rows.tolist() == [0, 1, 2]
-    made._image.blind_ns = None  # all poses are right
-    assert made.uncontradicted(tracks, None, seen, every, every) == (every, every)
+
+
+def test_what_the_picture_says_of_a_pair_is_a_likelihood():
+    tracks = [Track("aqua", 0, 0, robot_id=name) for name in ("a", "b", "")]
+    made, _ = picture({4: B, 5: LabelEvidence({"a": 0.3, "b": 0.6}, 0.1)})
+    cost = made.of(None).cost(tracks, SimpleNamespace(index=np.array([5, 4, 7])))
+    excluded = np.exp(-0.5 * CONTRADICTED)
+    likelihood = [[0.3, excluded, 1.0], [0.6, 0.99, 1.0], [1.0, 1.0, 1.0]]
+    np.testing.assert_allclose(np.exp(-0.5 * cost), likelihood)
+
+
+def test_images_without_a_pose_are_told():
+    made, _ = picture({})
+    assert made.blind
+    made._image.blind_ns = None
+    assert not made.blind
 
 
 def test_new_tracks_learn_what_the_picture_says_of_them():

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.tracker.image_update import ImageUpdate
+from aerial_gnss_ros.core.tracker.image_update import Assigned, ImageUpdate
 
 BOXES = SimpleNamespace(stamp_ns=7)
 SEEN = SimpleNamespace(index=np.array([2, 4, 5]))
 RULE = SimpleNamespace(window_ns=2_000_000_000)
+COST = np.zeros((0, 3))
 
 
 def updating(tracks=(), impossible=(), swaps=()):
@@ -33,7 +34,10 @@ def updating(tracks=(), impossible=(), swaps=()):
         apply=lambda *_: done.append("applied"),
     )
     encounters = SimpleNamespace(update=lambda _, __, columns, *___: (columns, swaps))
-    evidence = SimpleNamespace(uncontradicted=lambda _, __, ___, rows, columns: (rows, columns))
+    of_image = SimpleNamespace(
+        cost=lambda *_: COST, uncontradicted=lambda _, __, rows, columns: (rows[1:], columns[1:])
+    )
+    evidence = SimpleNamespace(blind=False, of=lambda _: of_image)
     recovery = SimpleNamespace(update=lambda rows, *of: done.append((rows.tolist(), *of)))
     matcher = SimpleNamespace(gate=lambda *_: None)
     return ImageUpdate(table, matcher, encounters, evidence, recovery, RULE), matcher, done
@@ -41,23 +45,36 @@ def updating(tracks=(), impossible=(), swaps=()):
 
 def test_without_candidates_nothing_is_assigned():
     made, matcher, done = updating()
-    rows, columns = made.assign(SEEN, 7)
-    assert (len(rows), len(columns), done) == (0, 0, [])
+    rows, columns, cost = made.assign(SEEN, BOXES)
+    assert (len(rows), len(columns), cost, done) == (0, 0, None, [])
     assert matcher.fresh_s == 2.0
 
 
 def test_what_is_decided_beside_the_assignment_is_applied():
     made, matcher, done = updating()
     decided = SimpleNamespace(rows=np.array([1]), columns=np.array([0]))
-    matcher.gate, matcher.assign = lambda *_: "candidates", lambda *_: decided
-    assert made.assign(SEEN, 7) == (decided.rows, decided.columns)
+    candidates = SimpleNamespace(doubtful=False)
+    matcher.gate, matcher.assign = lambda *_: candidates, lambda *_: decided
+    assert made.assign(SEEN, BOXES) == (decided.rows, decided.columns, None)
     assert done == ["innovations", "applied"]
+
+
+@pytest.mark.parametrize(("doubtful", "blind"), [(True, False), (False, True)])
+def test_in_doubt_the_picture_is_asked(doubtful, blind):
+    made, matcher, _ = updating()
+    made._evidence.blind = blind
+    decided = SimpleNamespace(rows=np.array([1, 2]), columns=np.array([0, 1]))
+    candidates = SimpleNamespace(doubtful=doubtful)
+    matcher.gate, matcher.assign = lambda *_: candidates, lambda *_: decided
+    rows, columns, cost = made.assign(SEEN, BOXES)
+    assert (rows.tolist(), columns.tolist()) == ([2], [1])
+    assert cost is COST
 
 
 @pytest.mark.parametrize("impossible", [[], [3]])
 def test_boxes_correct_tracks_unless_they_imply_an_impossible_speed(impossible):
     made, _, done = updating(impossible=impossible)
-    measured, refused = made.correct(SEEN, BOXES, np.array([0, 3]), np.array([1, 0]), 0.1)
+    measured, refused = made.correct(SEEN, BOXES, Assigned(np.array([0, 3]), np.array([1, 0])), 0.1)
     used = {0: 4} if impossible else {0: 4, 3: 2}
     assert measured == used | {9: 5}
     assert refused.tolist() == ([2] if impossible else [])
@@ -67,7 +84,7 @@ def test_boxes_correct_tracks_unless_they_imply_an_impossible_speed(impossible):
 
 def test_where_all_boxes_are_assigned_no_track_starts():
     made, _, done = updating()
-    measured, _ = made.correct(SEEN, BOXES, np.arange(3), np.arange(3), 0.1)
+    measured, _ = made.correct(SEEN, BOXES, Assigned(np.arange(3), np.arange(3)), 0.1)
     assert measured == {0: 2, 1: 4, 2: 5}
     assert done[-1] == ([0, 1, 2], 1, 7, 0.1)
 
@@ -75,5 +92,5 @@ def test_where_all_boxes_are_assigned_no_track_starts():
 def test_labels_that_association_had_exchanged_are_exchanged():
     tracks = [Track("aqua", 0, 0, robot_id=name) for name in ("a", "b")]
     made, _, _ = updating(tracks, swaps=[(0, 1)])
-    made.correct(SEEN, BOXES, np.arange(2), np.arange(2), 0.1)
+    made.correct(SEEN, BOXES, Assigned(np.arange(2), np.arange(2)), 0.1)
     assert [track.robot_id for track in tracks] == ["b", "a"]
