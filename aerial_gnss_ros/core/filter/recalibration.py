@@ -31,8 +31,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.filter.linearization import CameraView, by_errors, relinearize
-from aerial_gnss_ros.core.filter.state import TUNING as STATE
-from aerial_gnss_ros.core.filter.state import JointState, of_robots
+from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.geometry.geodesy import on_water_surface
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
@@ -157,15 +156,11 @@ def reinitialize(joint: JointState, slots: Indices, prior: Array, speed: Array |
         prior: (9, 9) covariance of the platform's errors when nothing is known.
         speed: one sigma of these robots' unknown velocities, each axis, m/s.
     """
-    P, own = joint.covariance, of_robots(slots)
+    P = joint.covariance
     joint.mean[FOLLOWING] = 0.0
-    joint.robots[slots, 2:] = 0.0
-    for gone in (FOLLOWING, own):
-        P[gone] = P[:, gone] = 0.0
+    P[FOLLOWING] = P[:, FOLLOWING] = 0.0
     P[FOLLOWING, FOLLOWING] = prior[FOLLOWING, FOLLOWING]
-    variances = np.full((len(slots), 4), STATE.wide_m**2)
-    variances[:, 2] = variances[:, 3] = np.square(speed)
-    P[own, own] = variances.ravel()
+    joint.unplace(slots, speed)
 
 
 def _scales(joint: JointState, moved: Indices, prior: Array) -> Array:

@@ -241,13 +241,23 @@ class JointState(StateArrays):
             speed: one sigma of these robots' unknown velocities, each axis, m/s.
         """
         self.mean[:LATENCY] = 0.0
-        P, own = self.covariance, of_robots(slots)
+        P = self.covariance
         latency = float(P[LATENCY, LATENCY])
-        self.robots[slots, 2:] = 0.0
         P[:COUNT] = P[:, :COUNT] = 0.0
-        P[own] = P[:, own] = 0.0
         P[:COUNT, :COUNT] = platform
         P[LATENCY, LATENCY] = latency
+        self.unplace(slots, speed)
+
+    def unplace(self, slots: Indices, speed: Array | float) -> None:
+        """Forget what is known of some robots; they may be anywhere around their means.
+
+        Args:
+            slots: (m,) indices of these robots in `rows`.
+            speed: one sigma of their unknown velocities, each axis, m/s.
+        """
+        P, own = self.covariance, of_robots(slots)
+        self.robots[slots, 2:] = 0.0
+        P[own] = P[:, own] = 0.0
         variances = np.full((len(slots), 4), TUNING.wide_m**2)
         variances[:, 2] = variances[:, 3] = np.square(speed)
         P[own, own] = variances.ravel()

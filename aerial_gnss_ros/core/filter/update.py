@@ -18,6 +18,7 @@ from scipy.linalg.lapack import dpotrf
 from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
 from aerial_gnss_ros.core.filter.outcome import Outcome
 from aerial_gnss_ros.core.filter.predicted_pixels import Linear, linearise
+from aerial_gnss_ros.core.filter.reinitialization import reinitialize_lost
 from aerial_gnss_ros.core.filter.state import JointState, of_robots
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
@@ -78,6 +79,8 @@ def correct(
     before = joint.mean
     some = _index(joint, slots)
     linear = _linear(joint, some, before, sight)
+    if reinitialize_lost(joint, slots, pixels, linear.seen, sight):
+        linear = _linear(joint, some, before, sight)
     if not all(linear.seen.tolist()):
         slots, pixels = slots[linear.seen], pixels[linear.seen]
         some = slots

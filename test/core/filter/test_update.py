@@ -102,15 +102,15 @@ def test_a_box_by_which_a_robot_is_too_fast_is_not_used(speed, sigma, refused, s
 
 
 def test_a_robot_that_the_camera_cannot_see_is_left_out():
-    """Its pixel is no evidence; the others are corrected as if it were not there."""
+    """A pixel outside the image is no evidence; others are corrected as if it were not there."""
     joint, other = crowd(), crowd()
     joint.robots[1, :2] = other.robots[1, :2] = [0.0, -100.0]  # behind the camera
     pixels = linearise(sight(), joint.mean[:COUNT], joint.robots[:1, :2]).pixels + 2.0
-    both = correct(joint, np.array([1, 0]), np.vstack([[5.0, 5.0], pixels]), sight(), MODEL)
+    both = correct(joint, np.array([1, 0]), np.vstack([[-5.0, 5.0], pixels]), sight(), MODEL)
     alone = correct(other, np.array([0]), pixels, sight(), MODEL)
     assert (both.count, both.squared) == (2, alone.squared)
     np.testing.assert_array_equal(joint.mean, other.mean)
-    nobody = correct(joint, np.array([1]), np.array([[5.0, 5.0]]), sight(), MODEL)
+    nobody = correct(joint, np.array([1]), np.array([[-5.0, 5.0]]), sight(), MODEL)
     assert (nobody.count, nobody.squared) == (0, 0.0)
 
 
