@@ -61,7 +61,7 @@ def folder(tmp_path):
 
 
 def test_a_flight_becomes_a_bag_with_each_sample_once(folder, tmp_path):
-    counts = real_water.write_bag(folder, tmp_path / "bag")
+    counts = real_water.write_bag(real_water.Tables.of(folder), tmp_path / "bag")
     assert counts == {
         "/camera/camera_info": 3, "/detections": 3, "/fix": 2, "/gimbal": 2, "/height": 2,
     }  # fmt: skip
@@ -73,8 +73,22 @@ def test_a_flight_becomes_a_bag_with_each_sample_once(folder, tmp_path):
     assert (centre.x, centre.y) == (1920.0, 1080.0)
     stamps = [log_ns for topic, log_ns, _ in found if topic == "/fix"]
     assert stamps[1] - stamps[0] == 1_000_000_000
-    counts = real_water.write_bag(folder, tmp_path / "each", every_row=True)
+    counts = real_water.write_bag(real_water.Tables.of(folder, True), tmp_path / "each")
     assert [counts[f"/{name}"] for name in ("fix", "gimbal", "height")] == [3, 3, 3]
+
+
+def test_a_flight_backwards_has_its_samples_at_the_same_moments(folder):
+    """Two were written, at 0 s and at 1 s: the second one comes first, half a second ahead."""
+    tables = real_water.Tables.of(folder).backwards()
+    assert [row["t_s"] for row in tables.rows] == ["0.0", "0.5", "1.0"]
+    assert [row["frame_no"] for row in tables.rows] == ["30", "15", "0"]
+    assert [(row["frame_no"], row["t_s"]) for row in tables.samples] == [
+        ("30", "0.0"),
+        ("0", "1.0"),
+    ]
+    assert [box["frame_no"] for box in tables.boxes] == ["30", "15", "15", "0"]
+    late = real_water.Tables.of(folder).part(0.4, 1.0)
+    assert [len(table) for table in (late.rows, late.samples, late.boxes)] == [2, 1, 3]
 
 
 def test_headings_count_from_north_and_pitch_downward(folder):
@@ -104,7 +118,8 @@ def test_nothing_but_that_the_latency_is_unknown_is_stated(name, shared_data):
     flights = shared_data / "real_water" / "flights"
     if not flights.is_dir():
         pytest.skip(f"no real flights: {flights} is absent")
-    flight = real_flights.fly(flights / name, estimator_config({"camera.find_latency": True}))
+    tables = real_water.Tables.of(flights / name)
+    flight = real_flights.fly(tables, estimator_config({"camera.find_latency": True}))
     least, most = LIMITS[name]
     assert flight.used(flight.steep) > least
     names = [len({one.robot_id for one in found}) for _, found in flight.objects()]

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -20,8 +21,16 @@ from aerial_gnss_ros.core.values.detection_frame import DetectionFrame
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-CONTRADICTED = 100.0
-"""Minus twice the log likelihood of what tracking in the image excludes."""
+
+@dataclass(frozen=True)
+class ImageEvidenceTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    excluded_cost: float = 100.0
+    """Minus twice the log likelihood of what tracking in the image excludes. Judged."""
+
+
+TUNING = ImageEvidenceTuning()
 
 
 class BoxEvidence:
@@ -42,7 +51,7 @@ class BoxEvidence:
     def cost(self, tracks: list[Track], seen: Measurements) -> Array:
         """Return minus twice the log likelihood (n, m) of n tracks' m measurements.
 
-        It is `CONTRADICTED` where the image clearly shows another robot.
+        It is `TUNING.excluded_cost` where the image clearly shows another robot.
         """
         found = np.zeros((len(tracks), len(seen.index)))
         named = [(row, track.robot_id) for row, track in enumerate(tracks) if track.robot_id]
@@ -52,7 +61,7 @@ class BoxEvidence:
                 for row, name in named:
                     wrong = one.contradicts(name)
                     found[row, column] = (
-                        CONTRADICTED if wrong else -2.0 * math.log(one.factor(name))
+                        TUNING.excluded_cost if wrong else -2.0 * math.log(one.factor(name))
                     )
         return found
 
@@ -69,7 +78,7 @@ class BoxEvidence:
             rows: (m,) of the tracks.
             columns: (m,) of their measurements.
         """
-        kept = self.cost(tracks, seen)[rows, columns] < CONTRADICTED
+        kept = self.cost(tracks, seen)[rows, columns] < TUNING.excluded_cost
         return rows[kept], columns[kept]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from aerial_gnss_ros.core.association.image_labels import LabelEvidence
 from aerial_gnss_ros.core.association.track import Track
-from aerial_gnss_ros.core.tracker.image_evidence import CONTRADICTED, ImageEvidence
+from aerial_gnss_ros.core.tracker.image_evidence import TUNING, ImageEvidence
 
 A, B = LabelEvidence({"a": 0.99, "b": 0.001}, 0.0), LabelEvidence({"a": 0.001, "b": 0.99}, 0.0)
 
@@ -42,7 +42,7 @@ def test_what_the_picture_says_of_a_pair_is_a_likelihood():
     tracks = [Track("aqua", 0, 0, robot_id=name) for name in ("a", "b", "")]
     made, _ = picture({4: B, 5: LabelEvidence({"a": 0.3, "b": 0.6}, 0.1)})
     cost = made.of(None).cost(tracks, SimpleNamespace(index=np.array([5, 4, 7])))
-    excluded = np.exp(-0.5 * CONTRADICTED)
+    excluded = np.exp(-0.5 * TUNING.excluded_cost)
     likelihood = [[0.3, excluded, 1.0], [0.6, 0.99, 1.0], [1.0, 1.0, 1.0]]
     np.testing.assert_allclose(np.exp(-0.5 * cost), likelihood)
 
