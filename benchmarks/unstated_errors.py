@@ -59,8 +59,8 @@ class Wrong:
                 yield recorded
                 continue
             message = recorded.message()
-            self._change(message, 1e-9 * (recorded.log_ns - begin))
-            yield Changed(recorded, message)
+            if not self._change(message, 1e-9 * (recorded.log_ns - begin)):
+                yield Changed(recorded, message)
 
 
 class Changed:

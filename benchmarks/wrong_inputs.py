@@ -20,8 +20,8 @@ from aerial_gnss_ros.core.geometry.frames import (
 from aerial_gnss_ros.core.geometry.gimbal import error_axes
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix
 
-Change = Callable[[Any, float], None]
-"""Changes a message, some seconds after the first one."""
+Change = Callable[[Any, float], bool | None]
+"""Changes a message, some seconds after the first one; returns whether it is lost."""
 
 METRES_A_DEGREE = 111_200.0
 """Of latitude."""
@@ -169,6 +169,11 @@ def dark(every_s: float, for_s: float) -> Change:
     return change
 
 
+def lost(every_s: float, for_s: float) -> Change:
+    """Return the change of an input that fails for some time, again and again."""
+    return lambda _message, t: t % every_s < for_s
+
+
 def spot(x_px: float, y_px: float) -> Change:
     """Return the change of images with a false box at one place, as of a drop on the lens."""
 
@@ -207,6 +212,7 @@ CASES: dict[str, tuple[str, Change]] = {
     "gimbal 0.3 s late": ("/gimbal", late(0.3)),
     "fix 0.2 s late": ("/fix", late(0.2)),
     "fix 1 m in 40 s": ("/fix", wandering(1.0, 40.0)),
+    "no fix for 4 s in 15": ("/fix", lost(15.0, 4.0)),
     "focal length +5 %": ("/camera/camera_info", longer(1.05)),
     "focal length +10 %": ("/camera/camera_info", longer(1.1)),
     "focal length -10 %": ("/camera/camera_info", longer(0.9)),

@@ -56,6 +56,11 @@ def test_a_camera_is_turned_about_level_axes(case, azimuth_deg, turned_deg):
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
+def test_a_fix_is_lost_for_some_time_again_and_again():
+    lost = wrong_inputs.CASES["no fix for 4 s in 15"][1]
+    assert [bool(lost(None, t)) for t in (0.0, 3.9, 4.1, 14.9, 15.1)] == [1, 1, 0, 0, 1]
+
+
 def test_lens_and_boxes():
     lens = SimpleNamespace(k=np.arange(9.0), p=np.arange(12.0))
     changed("focal length +10 %", lens)

@@ -76,6 +76,11 @@ class CameraMotion:
         position: Array = self._pose.position + self.velocity * seconds
         return position
 
+    @property
+    def velocity_known(self) -> bool:
+        """Whether two images have told the velocity since the last gap."""
+        return self._lasted_s > 0.0
+
     def shift(self, jump: Array) -> None:
         """Move to positions (3,) m away: the receiver jumped, not the drone."""
         if self._pose is not None:

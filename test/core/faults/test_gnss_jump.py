@@ -170,3 +170,18 @@ def test_a_jump_that_no_robot_in_view_tells_of_is_in_their_covariances(sea, dive
             error = one.position - own[one.robot_id]
             assert error @ np.linalg.solve(one.covariance[:2, :2], error) < 9.0
     assert all(one.state.value == "confirmed" for one in after[-1].estimates)
+
+
+@pytest.mark.parametrize(("east", "usable"), [(0.5, True), (40.0, False)])
+def test_while_the_velocity_is_unknown_only_a_step_beyond_any_drone_is_a_jump(east, usable):
+    """The step is not usual either: a jump of 0.3 m is conspicuous a moment later."""
+    jumps, asked = GnssJumpDetector(Events()), []
+    for _ in range(300):
+        jumps.update(np.zeros(3), np.zeros(3), 0.1, 0.02)
+    step = np.array([east, 0.0, 0.0])
+    tell = [lambda: asked.append("moving") or True, lambda: asked.append("known") or True]
+    settled, jump = jumps.update(step, np.zeros(3), 0.1, 0.02, tell[0], moving=True)
+    assert (settled, jump, asked) == (usable, None, [])
+    if usable:
+        jumps.update(step + np.array([0.3, 0.0, 0.0]), step, 0.1, 0.02, tell[1])
+        assert asked == ["known"]

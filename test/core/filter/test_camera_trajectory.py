@@ -54,6 +54,27 @@ def test_the_view_has_the_rates_and_the_foretold_place_of_a_steady_flight():
     np.testing.assert_allclose(view.foretold, SPEED * 2.9 + (0.0, 0.0, 30.0), atol=1e-6)
 
 
+def test_a_drone_that_flies_on_after_a_gap_does_not_jump():
+    """Its velocity is unknown until the second image; then a jump is one again."""
+    trajectory, asked = CameraTrajectory(0.0, Events()), []
+
+    def look(t, east):
+        image = frame(t, (east, 0.0, 30.0))
+        found = trajectory.test_position(image, 0.02, lambda: asked.append(t) or True)
+        trajectory.look(image, 0.0)
+        return found
+
+    for t in np.arange(0.0, 5.0, 0.1).tolist():
+        look(t, 8.0 * t)
+    for t in (8.0, 8.1, 8.2):
+        assert look(t, 8.0 * t) == (True, None)
+    assert not asked
+    settled, jump = look(8.3, 8.0 * 8.3 + 2.0)
+    assert asked == [8.3]
+    assert settled
+    np.testing.assert_allclose(jump, [2.0, 0.0, 0.0], atol=1e-6)
+
+
 def test_a_jump_of_the_receiver_is_taken_out_until_it_is_accepted():
     trajectory = CameraTrajectory(0.0, Events())
     fly(trajectory, np.arange(0.0, 2.0, 0.1))
