@@ -10,6 +10,7 @@ The matcher only decides; the tracker changes tracks and filter.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -127,7 +128,8 @@ class Matcher:
         kind, decided, chosen = candidates.kind, Association(*NO_PAIRS), candidates.given
         left, decided.outside = candidates.left_over
         decided.matched = len(chosen)
-        shown = self._robots_seen(tracks, candidates, left, chosen, boxes)
+        confused = chosen + self._of_another_class(tracks, candidates, stamp_ns)
+        shown = self._robots_seen(tracks, candidates, left, confused, boxes)
         passed_s = (stamp_ns - self.clutter.stamp_ns) * 1e-9
         contradicts = self.mismatch.update(self.clutter, shown, passed_s)
         decided.sentence = self.mismatch.sentence
@@ -185,6 +187,34 @@ class Matcher:
             if doubtful and old[row] and kind[row] is ROBOT:
                 kind[row] = NEITHER
 
+    def _of_another_class(
+        self, tracks: list[Track], candidates: CandidatePairs, stamp_ns: int
+    ) -> list[int]:
+        """Return pairs of robots without a box and boxes of another class in their gates.
+
+        They update no robot. But detectors confuse classes, and a robot that was seen a moment ago
+        has not left its place to something else, unless that has been seen beside it.
+        """
+        of, to, near = candidates.rows, candidates.columns, candidates.near
+        rows = {of[k] for k in candidates.given}
+        if len(rows) == candidates.kind.count(ROBOT):
+            return []
+        columns, new_at = {to[k] for k in near}, defaultdict[int, list[Track]](list)
+        for k in candidates.new_near:
+            new_at[to[k]].append(tracks[of[k]])
+        latest_ns = stamp_ns - round(self._missed_s(stamp_ns) * 1e9)
+        found = [
+            k
+            for k, (row, column) in enumerate(zip(of, to, strict=True))
+            if candidates.kind[row] is ROBOT
+            and row not in rows
+            and column not in columns
+            and candidates.squared[k] <= self.threshold
+            and tracks[row].last_seen_ns >= latest_ns
+            and not any(new.coexisted(tracks[row]) for new in new_at[column])
+        ]
+        return candidates.best(found) if found else []
+
     def _missed_s(self, stamp_ns: int) -> float:
         """Return the time for which the detector may miss a robot in view."""
         return max(
@@ -208,11 +238,13 @@ class Matcher:
     ) -> RobotsSeen:
         """Return what an image shows of the robots; what may have manoeuvred counts as matched.
 
+        So does a robot whose box may have another class.
+
         Args:
             tracks: all of them.
             candidates: pairs of the image.
             left: left-over pairs of robots and boxes.
-            chosen: pairs of updated robots.
+            chosen: pairs of updated robots, and of boxes that may be robots of another class.
             boxes: number of boxes of the image.
         """
         in_view: set[int] = set()  # robots at the image's edge may have left it

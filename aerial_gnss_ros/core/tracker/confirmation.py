@@ -26,6 +26,7 @@ from aerial_gnss_ros.core.identity.return_position import VelocityLikelihood
 from aerial_gnss_ros.core.identity.returns import ReturnCandidates, Returns
 from aerial_gnss_ros.core.numerics.gaussian import gate_threshold
 from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
+from aerial_gnss_ros.core.tracker.misclassified_tracks import misclassified
 from aerial_gnss_ros.core.tracker.score_evidence import chance_of_score, scores_as_robots
 from aerial_gnss_ros.core.tracker.size_evidence import TUNING as SIZES
 from aerial_gnss_ros.core.tracker.size_evidence import chance_of_size, expected_specks
@@ -114,6 +115,8 @@ class TrackConfirmation:
         ready = [row for row in ready if self._is_ready(tracks[row], begun_ns, new)]
         if not ready:
             return ready
+        confused = misclassified(self._table, ready, self._threshold, self.rule.window_ns)
+        ready = [row for row in ready if row not in confused]
         known = not self.robots_missing(stamp_ns)
         gone = [known * self._vanished(track, stamp_ns, new) for track in tracks]
         every = sum(gone)

@@ -197,6 +197,34 @@ def test_images_are_believed_again_when_robots_are_where_they_should_be(images, 
     assert matcher.mismatch.active is confused
 
 
+@pytest.mark.parametrize(
+    ("unseen_s", "apart", "beside", "confused"),
+    [
+        (0.0, 0.0, False, False),
+        (5.0, 0.0, False, True),  # something else may be there by now
+        (0.0, 9.0, False, True),  # outside the gates
+        (0.0, 0.0, True, True),  # boats that have been seen beside them
+    ],
+)
+def test_robots_whose_boxes_have_another_class_are_not_missing(unseen_s, apart, beside, confused):
+    """They get no box, but the pose is believed."""
+    tracks, pairs, seen, now = _image([True] * 3)
+    for track in tracks:
+        track.last_seen_ns -= round(unseen_s * 1e9)
+    pairs.offsets[:, 0] = apart
+    if beside:
+        tracks += [Track("boat", now - 1, now - 1, hits=(now - 1,)) for _ in range(3)]
+        pairs = PairInnovations(
+            np.arange(6), np.tile(pairs.columns, 2), np.tile(pairs.offsets, (2, 1)),
+            np.tile(pairs.spread, (2, 1, 1)),
+        )  # fmt: skip
+    seen.class_ids[:] = "boat"
+    matcher = Matcher(_joint(pairs), 9.0, 10.0)
+    found = decided(matcher, tracks, seen, now)
+    assert not found.claimed
+    assert matcher.mismatch.active is confused
+
+
 def test_robots_that_left_the_picture_are_not_missing():
     tracks, pairs, seen, now = _image([True, False, False], leaving=(1, 2))
     joint = _joint(pairs)
