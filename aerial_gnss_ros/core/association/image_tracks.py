@@ -150,6 +150,8 @@ class ImageTracks:
         Args:
             frame: its boxes; `measured` or `followed` come next.
         """
+        if self.blind_ns is None and len(frame) > TUNING.most_points:
+            return {}
         return self.followed(frame, blind=False)
 
     def followed(self, frame: DetectionFrame, blind: bool = True) -> dict[int, LabelEvidence]:

@@ -6,12 +6,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aerial_gnss_ros.core.association.image_labels import LabelEvidence
 from aerial_gnss_ros.core.association.image_tracks import ImageTracks
 from aerial_gnss_ros.core.association.track import Track
 from aerial_gnss_ros.core.camera.posed_frame import PosedFrame
@@ -33,55 +31,6 @@ class ImageEvidenceTuning:
 TUNING = ImageEvidenceTuning()
 
 
-class BoxEvidence:
-    """What tracking in the image says of an image's boxes; computed where it is needed.
-
-    Args:
-        image: tracks boxes in the image plane.
-        boxes: all of the image.
-    """
-
-    def __init__(self, image: ImageTracks, boxes: DetectionFrame) -> None:
-        self._image, self._boxes = image, boxes
-
-    @cached_property
-    def _labels(self) -> dict[int, LabelEvidence]:
-        return self._image.expected(self._boxes)
-
-    def cost(self, tracks: list[Track], seen: Measurements) -> Array:
-        """Return minus twice the log likelihood (n, m) of n tracks' m measurements.
-
-        It is `TUNING.excluded_cost` where the image clearly shows another robot.
-        """
-        found = np.zeros((len(tracks), len(seen.index)))
-        named = [(row, track.robot_id) for row, track in enumerate(tracks) if track.robot_id]
-        for column, index in enumerate(seen.index.tolist()):
-            if index in self._labels:
-                one = self._labels[index]
-                for row, name in named:
-                    wrong = one.contradicts(name)
-                    found[row, column] = (
-                        TUNING.excluded_cost if wrong else -2.0 * math.log(one.factor(name))
-                    )
-        return found
-
-    def uncontradicted(
-        self, tracks: list[Track], seen: Measurements, rows: Indices, columns: Indices
-    ) -> tuple[Indices, Indices]:
-        """Drop pairs of an assignment that contradict tracking in the image.
-
-        While poses are uncertain or wrong, one robot's box may lie in another robot's gate.
-
-        Args:
-            tracks: all of them.
-            seen: the image's measurements.
-            rows: (m,) of the tracks.
-            columns: (m,) of their measurements.
-        """
-        kept = self.cost(tracks, seen)[rows, columns] < TUNING.excluded_cost
-        return rows[kept], columns[kept]
-
-
 class ImageEvidence:
     """Compares boxes that are tracked in the image plane with the tracks on the water.
 
@@ -97,9 +46,28 @@ class ImageEvidence:
         """Whether images had no pose, or a wrong one, a moment ago."""
         return self._image.blind_ns is not None
 
-    def of(self, boxes: DetectionFrame) -> BoxEvidence:
-        """Return the evidence for an image's boxes, before its robots are updated."""
-        return BoxEvidence(self._image, boxes)
+    def cost(self, tracks: list[Track], boxes: DetectionFrame, seen: Measurements) -> Array:
+        """Return minus twice the log likelihood (n, m) of n tracks' m measurements.
+
+        It is `TUNING.excluded_cost` where the image clearly shows another robot.
+
+        Args:
+            tracks: all of them.
+            boxes: all of the image, which has updated no robot yet.
+            seen: its measurements.
+        """
+        labels = self._image.expected(boxes)
+        found = np.zeros((len(tracks), len(seen.index)))
+        named = [(row, track.robot_id) for row, track in enumerate(tracks) if track.robot_id]
+        for column, index in enumerate(seen.index.tolist()):
+            if index not in labels:
+                continue
+            one = labels[index]
+            found[[row for row, _ in named], column] = [
+                TUNING.excluded_cost if one.contradicts(name) else -2.0 * math.log(one.factor(name))
+                for _, name in named
+            ]
+        return found
 
     def label(
         self, tracks: list[Track], measured: dict[int, int], frame: PosedFrame, unexplained: bool

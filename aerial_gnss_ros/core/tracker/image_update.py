@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from aerial_gnss_ros.core.association.matcher import Matcher
 from aerial_gnss_ros.core.georeferencing.measurements import Measurements
 from aerial_gnss_ros.core.identity.encounters import Encounters
 from aerial_gnss_ros.core.tracker.confirmation_rule import ConfirmationRule
+from aerial_gnss_ros.core.tracker.image_evidence import TUNING as IMAGE_EVIDENCE
 from aerial_gnss_ros.core.tracker.image_evidence import ImageEvidence
 from aerial_gnss_ros.core.tracker.recovery import Recovery
 from aerial_gnss_ros.core.tracker.track_table import TrackTable
@@ -69,18 +71,21 @@ class ImageUpdate:
             seen: the image's measurements.
             boxes: all of the image.
         """
-        tracks, stamp_ns, evidence = self._table.tracks, boxes.stamp_ns, self._evidence.of(boxes)
+        tracks, stamp_ns = self._table.tracks, boxes.stamp_ns
+        image_cost = cache(lambda: self._evidence.cost(tracks, boxes, seen))
         self._matcher.fresh_s = self._rule.window_ns * 1e-9
-        able = self._matcher.gate(tracks, seen, stamp_ns, lambda: evidence.cost(tracks, seen))
+        able = self._matcher.gate(tracks, seen, stamp_ns, image_cost)
         if able is None:
             return Assigned(*NO_PAIRS)
         self._table.note_innovations(able, seen, stamp_ns)
         decided = self._matcher.assign(tracks, able, len(seen.index), stamp_ns)
         self._table.apply(decided, able)
+        rows, columns = decided.rows, decided.columns
         if not (able.doubtful or self._evidence.blind):
-            return Assigned(decided.rows, decided.columns)
-        pairs = evidence.uncontradicted(tracks, seen, decided.rows, decided.columns)
-        return Assigned(*pairs, evidence.cost(tracks, seen))
+            return Assigned(rows, columns)
+        # While poses are uncertain or wrong, one robot's box may lie in another robot's gate.
+        kept = image_cost()[rows, columns] < IMAGE_EVIDENCE.excluded_cost
+        return Assigned(rows[kept], columns[kept], image_cost())
 
     def correct(
         self,

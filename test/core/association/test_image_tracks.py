@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.image_labels import TUNING as IMAGE_LABELS
+from aerial_gnss_ros.core.association.image_tracks import TUNING as IMAGE_TRACKS
 from aerial_gnss_ros.core.association.image_tracks import ImageTracks
 
 START = np.array([[400.0, 300.0], [700.0, 350.0], [500.0, 500.0]])
@@ -235,6 +236,19 @@ def test_in_a_short_pause_no_box_goes_to_a_robot_that_the_picture_shows_elsewher
     results = sea.play(sea.estimator(), world, 14.0, images=10)
     before = next(_whose(world, r) for r in results if len(r.estimates) == 3)
     assert _whose(world, results[-1]) == before
+
+
+@pytest.mark.parametrize("count", [IMAGE_TRACKS.most_points, IMAGE_TRACKS.most_points + 1])
+def test_what_the_picture_shows_next_is_expected_unless_there_is_too_much_in_it(sea, count):
+    pictures, places = Pictures(sea), np.stack([np.full(count, 600.0), 20.0 * np.arange(count)], 1)
+    for _ in range(3):
+        pictures.tracks.measured(pictures.frame(places), sea.camera, HEIGHT, {5: "a", 9: "b"})
+    labels = pictures.tracks.expected(pictures.frame(places))
+    if count > IMAGE_TRACKS.most_points:
+        assert labels == {}
+    else:
+        assert labels[5].factor("a") > 0.9
+        assert labels[5].contradicts("b")
 
 
 def test_a_label_that_is_given_up_stands_for_no_robot(pictures):

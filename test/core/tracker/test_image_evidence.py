@@ -27,21 +27,20 @@ def picture(labels):
     return ImageEvidence(image), reported
 
 
-def test_a_pair_that_the_picture_contradicts_is_left_out():
+def test_a_pair_that_the_picture_contradicts_is_excluded():
     tracks = [Track("aqua", 0, 0, robot_id=name) for name in ("a", "b", "")]
     made, _ = picture({4: B, 5: B, 6: A})
     seen = SimpleNamespace(index=np.array([4, 5, 6]))
     every = np.arange(3)
-    rows, columns = made.of(None).uncontradicted(tracks, seen, every, every)
-    assert (rows.tolist(), columns.tolist()) == ([1, 2], [1, 2])
-    rows, _ = picture({})[0].of(None).uncontradicted(tracks, seen, every, every)
-    assert rows.tolist() == [0, 1, 2]
+    excluded = made.cost(tracks, None, seen)[every, every] == TUNING.excluded_cost
+    assert excluded.tolist() == [True, False, False]
+    assert not picture({})[0].cost(tracks, None, seen).any()
 
 
 def test_what_the_picture_says_of_a_pair_is_a_likelihood():
     tracks = [Track("aqua", 0, 0, robot_id=name) for name in ("a", "b", "")]
     made, _ = picture({4: B, 5: LabelEvidence({"a": 0.3, "b": 0.6}, 0.1)})
-    cost = made.of(None).cost(tracks, SimpleNamespace(index=np.array([5, 4, 7])))
+    cost = made.cost(tracks, None, SimpleNamespace(index=np.array([5, 4, 7])))
     excluded = np.exp(-0.5 * TUNING.excluded_cost)
     likelihood = [[0.3, excluded, 1.0], [0.6, 0.99, 1.0], [1.0, 1.0, 1.0]]
     np.testing.assert_allclose(np.exp(-0.5 * cost), likelihood)

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.association.track import Track
+from aerial_gnss_ros.core.tracker.image_evidence import TUNING as IMAGE_EVIDENCE
 from aerial_gnss_ros.core.tracker.image_update import Assigned, ImageUpdate
 
 BOXES = SimpleNamespace(stamp_ns=7)
 SEEN = SimpleNamespace(index=np.array([2, 4, 5]))
 RULE = SimpleNamespace(window_ns=2_000_000_000)
-COST = np.zeros((0, 3))
+COST = np.array([[0.0, 0.0], [IMAGE_EVIDENCE.excluded_cost, 0.0], [0.0, 9.2]])
 
 
 def updating(tracks=(), impossible=(), swaps=()):
@@ -34,10 +35,7 @@ def updating(tracks=(), impossible=(), swaps=()):
         apply=lambda *_: done.append("applied"),
     )
     encounters = SimpleNamespace(update=lambda _, __, columns, *___: (columns, swaps))
-    of_image = SimpleNamespace(
-        cost=lambda *_: COST, uncontradicted=lambda _, __, rows, columns: (rows[1:], columns[1:])
-    )
-    evidence = SimpleNamespace(blind=False, of=lambda _: of_image)
+    evidence = SimpleNamespace(blind=False, cost=lambda *_: COST)
     recovery = SimpleNamespace(update=lambda rows, *of: done.append((rows.tolist(), *of)))
     matcher = SimpleNamespace(gate=lambda *_: None)
     return ImageUpdate(table, matcher, encounters, evidence, recovery, RULE), matcher, done
