@@ -100,8 +100,12 @@ class Matcher:
         self, candidates: CandidatePairs, seen: Measurements, image_cost: ImageCost
     ) -> CandidatePairs:
         """Return the candidates with the assignment of robots that is likeliest for all boxes."""
-        near = candidates.near
-        if not candidates.contested or len(near) > JOINT_ASSIGNMENT.most_joint_pairs:
+        if not candidates.contested:
+            return candidates
+        near, most = candidates.near, JOINT_ASSIGNMENT.most_joint_pairs
+        if len(near) > most:
+            near = candidates.inside
+        if len(near) > most:
             return candidates
         pairs = candidates.pairs.of(near)
         covariance = self._filter.compare_jointly(seen, pairs)
