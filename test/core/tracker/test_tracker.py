@@ -205,7 +205,8 @@ def test_a_robot_unseen_for_too_long_is_lost_and_its_name_used_up(sea):
     assert [e.robot_id for e in at[18.0]] == ["aqua_2"]
 
 
-def test_other_classes_do_not_share_tracks(sea):
+def test_a_box_of_another_class_updates_no_robot_and_makes_no_second_one(sea):
+    """Every other image calls it a buoy."""
     engine = sea.estimator()
     world = sea.World(robots={"a": CROSSING["c"]})
     engine.add_camera(sea.stamp(0.0), sea.camera)
@@ -217,7 +218,9 @@ def test_other_classes_do_not_share_tracks(sea):
         engine.add_height(world.height(t))
         engine.add_detections(world.frame(t, "buoy" if i % 2 else "aqua"))
         results += engine.advance(sea.stamp(t))
-    assert [e.robot_id for e in results[-1].estimates] == ["aqua_1", "buoy_1"]
+    assert {e.robot_id for r in results for e in r.estimates} == {"aqua_1"}
+    states = [r.estimates[0].state for r in results[-6:]]
+    assert states == [State.CONFIRMED, State.COASTING] * 3
 
 
 def test_a_second_box_on_a_robot_is_gated(sea):
