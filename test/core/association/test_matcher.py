@@ -197,6 +197,22 @@ def test_images_are_believed_again_when_robots_are_where_they_should_be(images, 
     assert matcher.mismatch.active is confused
 
 
+@pytest.mark.parametrize(("apart", "chosen"), [(2.3, [0, 1]), (1.5, [1, 0])])
+def test_positions_outweigh_a_picture_that_shows_robots_exchanged(apart, chosen):
+    """Two robots and boxes where they are, or exchanged by squared distances of 13 or 6 each."""
+    rows, columns = np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1])
+    offsets = np.array([[0.0, 0.0], [apart, 0.0], [-apart, 0.0], [0.0, 0.0]])
+    spread = np.tile(0.4 * np.eye(2), (4, 1, 1))
+    joint = _joint(PairInnovations(rows, columns, offsets, spread))
+    # Boxes' own errors count once for both pairs of a box.
+    joint.compare_jointly = lambda *_: np.kron(np.equal.outer(columns, columns), 0.4 * np.eye(2))
+    now = 1_000_000_000
+    tracks = [Track("aqua", 0, now - 1, State.CONFIRMED, f"aqua_{i}", (now - 1,)) for i in range(2)]
+    matcher = Matcher(joint, 14.0, 2.0)
+    candidates = matcher.gate(tracks, boxes(2), now, lambda: 100.0 * np.eye(2))
+    assert [columns[k] for k in sorted(candidates.given, key=lambda k: rows[k])] == chosen
+
+
 @pytest.mark.parametrize(
     ("unseen_s", "apart", "beside", "confused"),
     [

@@ -34,8 +34,13 @@ def robot(place, sigma_m, speed=1.0):
 
 @pytest.mark.parametrize(
     ("place", "sigma_m"),
-    [((240.0, -1700.0), 1000.0), ((-160.0, 1900.0), 900.0), ((0.0, 1e5), 1e4)],
-    ids=["behind", "far away", "on the horizon"],
+    [
+        ((240.0, -1700.0), 1000.0),
+        ((-160.0, 1900.0), 900.0),
+        ((0.0, 1e5), 1e4),
+        ((0.0, 120.0), 60.0),
+    ],
+    ids=["behind", "far away", "on the horizon", "uncertain by twice its distance"],
 )
 def test_a_robot_comes_to_lie_where_its_box_is(place, sigma_m):
     joint, first = robot(place, sigma_m), JointState(MODEL.stationary(None))
@@ -46,6 +51,7 @@ def test_a_robot_comes_to_lie_where_its_box_is(place, sigma_m):
     first.add(np.arange(1), there, np.zeros((1, 2, COUNT)), 1000.0**2 * np.eye(2)[None], 1.0)
     correct(first, np.array([0]), pixels, sight(), MODEL)
     np.testing.assert_allclose(joint.covariance, first.covariance, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(joint.covariance.diagonal()[COUNT + 2 :], 1.0, rtol=1e-6)
 
 
 def test_others_and_a_robot_that_its_box_can_correct_stay():
