@@ -174,6 +174,18 @@ def lost(every_s: float, for_s: float) -> Change:
     return lambda _message, t: t % every_s < for_s
 
 
+def misclassified(share: float) -> Change:
+    """Return the change of a share of the boxes, by chance, to another class."""
+
+    def change(message: Any, _t: float) -> None:
+        drawn = _chance(message).random(len(message.detections)).tolist()
+        for box, one in zip(message.detections, drawn, strict=True):
+            if one < share:
+                box.results[0].hypothesis.class_id = "boat"
+
+    return change
+
+
 def spot(x_px: float, y_px: float) -> Change:
     """Return the change of images with a false box at one place, as of a drop on the lens."""
 
@@ -222,6 +234,7 @@ CASES: dict[str, tuple[str, Change]] = {
     "half the boxes missed": ("/detections", missed(0.5)),
     "7 of 10 boxes missed": ("/detections", missed(0.7)),
     "no boxes for 5 s in 15": ("/detections", dark(15.0, 5.0)),
+    "1 in 10 boxes of another class": ("/detections", misclassified(0.1)),
     "a spot on the lens": ("/detections", spot(400.0, 700.0)),
 }
 """Topic and change by name. Deviation: of the compass, by iron on board, at its worst azimuth."""

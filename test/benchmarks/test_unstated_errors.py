@@ -61,6 +61,19 @@ def test_a_fix_is_lost_for_some_time_again_and_again():
     assert [bool(lost(None, t)) for t in (0.0, 3.9, 4.1, 14.9, 15.1)] == [1, 1, 0, 0, 1]
 
 
+def test_a_tenth_of_the_boxes_has_another_class():
+    stamp = SimpleNamespace(sec=1, nanosec=2)
+    boxes = [
+        SimpleNamespace(results=[SimpleNamespace(hypothesis=SimpleNamespace(class_id="aqua"))])
+        for _ in range(1000)
+    ]
+    message = SimpleNamespace(header=SimpleNamespace(stamp=stamp), detections=boxes)
+    changed("1 in 10 boxes of another class", message)
+    names = [box.results[0].hypothesis.class_id for box in boxes]
+    assert names.count("aqua") + names.count("boat") == 1000
+    assert names.count("boat") == pytest.approx(100, abs=30)
+
+
 def test_lens_and_boxes():
     lens = SimpleNamespace(k=np.arange(9.0), p=np.arange(12.0))
     changed("focal length +10 %", lens)
