@@ -36,7 +36,8 @@ class CandidatePairs:
         threshold: squared Mahalanobis distance at the edge of a gate.
         reach: squared distance up to which a box is just outside a gate.
         robots: pairs of a robot and a box of its class.
-        inside: those with boxes inside the robots' gates.
+        near: those with boxes inside or near the robots' gates.
+        inside: those with boxes inside them.
         nearest: pairs of robots with boxes inside or near their gates, nearest first; each robot
             and each box occurs at most once.
         lone: those of a robot and a box that have no other one near, nor a new track that an image
@@ -56,6 +57,7 @@ class CandidatePairs:
     threshold: float
     reach: float
     robots: list[int]
+    near: list[int]
     inside: list[int]
     nearest: list[int]
     lone: set[int]
@@ -117,15 +119,10 @@ class CandidatePairs:
         }
         given = _best(of, to, squared, wide, threshold, inside)
         return cls(
-            pairs, of, to, squared, wide, kind, threshold, reach, robots, inside, nearest,
+            pairs, of, to, squared, wide, kind, threshold, reach, robots, near, inside, nearest,
             lone, beside, grown, given,
             _left(of, to, squared, reach, robots, given, kind.count(ROBOT)),
         )  # fmt: skip
-
-    @property
-    def near(self) -> list[int]:
-        """Pairs of robots with boxes of their class inside or near their gates."""
-        return [k for k in self.robots if self.squared[k] <= self.reach]
 
     @property
     def doubtful(self) -> bool:

@@ -87,7 +87,7 @@ class GnssJumpDetector:
         passed: float,
         stated_m: float = math.inf,
         robots_tell: Callable[[], bool] = nobody,
-        moving: bool = False,
+        velocity_known: bool = True,
     ) -> tuple[bool, Array | None]:
         """Return whether a position can be used, and a newly accepted jump (3,), or None.
 
@@ -98,17 +98,17 @@ class GnssJumpDetector:
             stated_m: one sigma of the receiver's offset, m.
             robots_tell: tests by robots whether it has jumped; if so, it is accepted at once. It is
                 only called for a conspicuous step that a drone could have flown.
-            moving: whether the drone's velocity is unknown, as after a gap: it is expected where it
-                was, and a step tells little.
+            velocity_known: whether the prediction has the drone's velocity. After a gap it has
+                not, and a step that a drone can fly is no jump.
         """
         self.began = self.returned = False
         if expected is not None:
             step = position - self.offset - expected
             step[2] = 0.0
             length, farthest = _length(step), _farthest(passed)
-            matters = not moving and SURE_SIGMAS * stated_m < length <= farthest
+            matters = velocity_known and SURE_SIGMAS * stated_m < length <= farthest
             jumped = matters and self._is_odd(length, passed) and robots_tell()
-            if jumped or length > farthest or (not moving and self._returns(step, passed)):
+            if jumped or length > farthest or (velocity_known and self._returns(step, passed)):
                 told = jumped and not self.offset.any()
                 self._jumped(step, length, passed, told)
                 if not self._is_home():
@@ -117,7 +117,7 @@ class GnssJumpDetector:
                 self._end()
                 self.returned = True
                 return True, jump
-            if not moving:
+            if velocity_known:
                 self._usual.update(length, passed)
         if not any(self.offset.tolist()):
             return True, None

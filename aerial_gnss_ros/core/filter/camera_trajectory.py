@@ -72,8 +72,8 @@ class CameraTrajectory:
         stamp_ns, position = frame.pose.stamp_ns, frame.in_map.position
         passed = 0.0 if self._pose_ns is None else (stamp_ns - self._pose_ns) * 1e-9
         expected = None if self._recalibrated else self.motion.predicted_position(passed)
-        moving = not self.motion.velocity_known
-        settled, jump = self.jumps.update(position, expected, passed, stated_m, robots_tell, moving)
+        known = self.motion.velocity_known
+        settled, jump = self.jumps.update(position, expected, passed, stated_m, robots_tell, known)
         self._pose_ns, self.passed = stamp_ns, passed
         if jump is not None:
             self.motion.shift(jump)

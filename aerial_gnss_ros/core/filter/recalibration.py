@@ -160,7 +160,7 @@ def reinitialize(joint: JointState, slots: Indices, prior: Array, speed: Array |
     joint.mean[FOLLOWING] = 0.0
     P[FOLLOWING] = P[:, FOLLOWING] = 0.0
     P[FOLLOWING, FOLLOWING] = prior[FOLLOWING, FOLLOWING]
-    joint.unplace(slots, speed)
+    joint.forget_robots(slots, speed)
 
 
 def _scales(joint: JointState, moved: Indices, prior: Array) -> Array:

@@ -50,7 +50,7 @@ def reinitialize_lost(
     if not lost.any():
         return False
     speeds = np.sqrt(0.5 * (variances[lost, 2] + variances[lost, 3]))
-    joint.unplace(slots[lost], speeds)
+    joint.forget_robots(slots[lost], speeds)
     joint.robots[slots[lost], :2] = places[lost]
     states = np.concatenate([offsets[lost], np.zeros((int(lost.sum()), 2))], axis=1)
     joint.by_pose[slots[lost]] = state_jacobian(states)

@@ -246,9 +246,9 @@ class JointState(StateArrays):
         P[:COUNT] = P[:, :COUNT] = 0.0
         P[:COUNT, :COUNT] = platform
         P[LATENCY, LATENCY] = latency
-        self.unplace(slots, speed)
+        self.forget_robots(slots, speed)
 
-    def unplace(self, slots: Indices, speed: Array | float) -> None:
+    def forget_robots(self, slots: Indices, speed: Array | float) -> None:
         """Forget what is known of some robots; they may be anywhere around their means.
 
         Args:

@@ -58,14 +58,14 @@ class ImageEvidence:
         """
         labels = self._image.expected(boxes)
         found = np.zeros((len(tracks), len(seen.index)))
-        named = [(row, track.robot_id) for row, track in enumerate(tracks) if track.robot_id]
+        rows = [row for row, track in enumerate(tracks) if track.robot_id]
         for column, index in enumerate(seen.index.tolist()):
             if index not in labels:
                 continue
             one = labels[index]
-            found[[row for row, _ in named], column] = [
+            found[rows, column] = [
                 TUNING.excluded_cost if one.contradicts(name) else -2.0 * math.log(one.factor(name))
-                for _, name in named
+                for name in (tracks[row].robot_id for row in rows)
             ]
         return found
 

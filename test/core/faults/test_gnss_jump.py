@@ -180,7 +180,7 @@ def test_while_the_velocity_is_unknown_only_a_step_beyond_any_drone_is_a_jump(ea
         jumps.update(np.zeros(3), np.zeros(3), 0.1, 0.02)
     step = np.array([east, 0.0, 0.0])
     tell = [lambda: asked.append("moving") or True, lambda: asked.append("known") or True]
-    settled, jump = jumps.update(step, np.zeros(3), 0.1, 0.02, tell[0], moving=True)
+    settled, jump = jumps.update(step, np.zeros(3), 0.1, 0.02, tell[0], velocity_known=False)
     assert (settled, jump, asked) == (usable, None, [])
     if usable:
         jumps.update(step + np.array([0.3, 0.0, 0.0]), step, 0.1, 0.02, tell[1])
