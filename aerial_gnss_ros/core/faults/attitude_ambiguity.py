@@ -115,7 +115,6 @@ class AttitudeAmbiguity:
         self._jumped_s += seconds
         self._earlier *= keep * keep
         self._displaced *= keep * keep
-        self._shifted *= keep * keep
         self._climbed *= keep * keep
         for one in self.episodes:
             one.ago += seconds
@@ -169,10 +168,7 @@ class AttitudeAmbiguity:
             self.episodes[-1].spread = np.outer(turn, turn) + spread
 
     def shifted(self, squared: float) -> None:
-        """Record the squared distance of the drone's position from that before it jumped, m².
-
-        Either position may be the right one.
-        """
+        """Take in how far the receiver's place may be from the right one, mean square, m²."""
         self._shifted = squared
         self.active = self.active or squared > 0.0
 

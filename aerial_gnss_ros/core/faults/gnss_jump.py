@@ -1,6 +1,16 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""Detects jumps of the GNSS position: it is used again once back, or stable elsewhere."""
+"""Places of the GNSS position, between which it jumps, and which of them is right.
+
+A receiver whose errors change at once (it loses or regains corrections, or a satellite) has a few
+places, each displaced from the others. Which one is right is unknown: each is as likely as the
+share of time for which it has lasted, weighed by the accuracy that the receiver states. The
+likeliest is used: while the receiver is elsewhere, its displacement is taken out, so a short jump
+displaces no robot. When another place becomes the likelier one, robots move there with the drone.
+
+A place to which the receiver returns is right, and those that have lasted for less are not: no
+error recurs.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.models.evidence import SURE_SIGMAS
-from aerial_gnss_ros.core.models.usual_step import UsualStep
 from aerial_gnss_ros.core.values.events import Events
 
 Array = NDArray[np.float64]
@@ -23,18 +32,16 @@ class GnssJumpTuning:
     """Chosen numbers of this module, with their units and where they come from."""
 
     jump_m: float = 10.0
-    """Greatest distance of a position from the predicted one, at once, m. Judged."""
+    """Greatest step that a drone may have flown at once, m. Judged."""
     jump_mps: float = 10.0
-    """Growth of that distance with the time since the last fix, m/s. Judged."""
-    first_step_m: float = 2.0
-    """Usual step before the first, m. Judged."""
-    gust_mps2: float = 10.0
-    """Acceleration of a drone, m/s²: that of gravity, at a bank of 45 deg."""
-    home_share: float = 0.5
-    """Share of the jump within which a position counts as back: closer to the old than to the new
-    position."""
-    settle_s: float = 3.0
-    """Time after which a position that has jumped is accepted, s. Judged."""
+    """Growth of that step with the time since the last image, m/s. Judged."""
+    least_present: float = 0.125
+    """Least probability of the place where the receiver is: it may have been wrong until now, for
+    however long. Judged."""
+    same_m: float = 1e-6
+    """Distance below which two places are one, m: rounding."""
+    places: int = 16
+    """Number of places that are remembered. Judged."""
 
 
 TUNING = GnssJumpTuning()
@@ -45,14 +52,23 @@ def nobody() -> bool:
     return False
 
 
-class GnssJumpDetector:
-    """Tests each image's GNSS position.
+@dataclass(eq=False)
+class Place:
+    """One place of the position.
 
     Attributes:
-        offset: (3,) displacement since the jump, m; 0 without one.
-        began: whether a jump without evidence from robots began with the last image.
-        returned: whether the position returned with the last image, after a jump had been accepted.
+        at: (3,) by how much it is displaced from the first one, m.
+        weight: for how long the receiver was there, by the variance that it stated, s/m².
+        wrong: whether the receiver has come back from it.
     """
+
+    at: Array
+    weight: float = 0.0
+    wrong: bool = False
+
+
+class GnssJumpDetector:
+    """Follows the GNSS position of images from place to place."""
 
     def __init__(self, log: Events) -> None:
         self._log = log
@@ -60,118 +76,92 @@ class GnssJumpDetector:
 
     def reset(self) -> None:
         """Forget everything."""
-        self._usual = UsualStep(TUNING.first_step_m)
-        self._end()
+        self._jumped: tuple[float, ...] | None = None
+        self._places = [Place(np.zeros(3))]
+        self._used = self._present = self._places[0]
 
-    def _end(self) -> None:
-        """Clear all jumps."""
-        self.offset = np.zeros(3)
-        self.began = self.returned = False
-        self._believed: Array = np.zeros(3)
-        self._since_s = 0.0
+    @property
+    def offset(self) -> Array:
+        """(3,) displacement of the receiver from the place that is used, m."""
+        return self._present.at - self._used.at
 
     @property
     def believed(self) -> Array:
-        """(2,) sum of the accepted jumps, m."""
-        return self._believed[:2]
+        """(2,) displacement of the place that is used from the first one, m."""
+        return self._used.at[:2]
 
-    def _is_odd(self, length: float, passed: float) -> bool:
-        """Return whether a step is conspicuous."""
-        gust = 0.5 * TUNING.gust_mps2 * passed**2
-        return self._usual.is_odd(length, gust)
+    @property
+    def doubt(self) -> float:
+        """Mean square of the displacement of the place that is used from the right one, m²."""
+        used, found = self._used, 0.0
+        for one in self._places:
+            if one is not used and not one.wrong:
+                share = one.weight / max(one.weight + used.weight, 1e-12)
+                least = TUNING.least_present if one is self._present else 0.0
+                found += max(share, least) * _length(one.at - used.at) ** 2
+        return found
 
     def update(
         self,
-        position: Array,
-        expected: Array | None,
+        jumped: tuple[float, ...],
         passed: float,
-        stated_m: float = math.inf,
+        stated_m: float,
         robots_tell: Callable[[], bool] = nobody,
-        velocity_known: bool = True,
-    ) -> tuple[bool, Array | None]:
-        """Return whether a position can be used, and a newly accepted jump (3,), or None.
+    ) -> Array | None:
+        """Update with an image's position; return the step (3,) to another place, m, or None.
 
         Args:
-            position: (3,) measured, m.
-            expected: (3,) predicted, without the offset; None without a prediction.
+            jumped: East and North by which the receiver has jumped so far (`telemetry.jumps`), m;
+                empty: it has not.
             passed: time since the previous image, s.
             stated_m: one sigma of the receiver's offset, m.
-            robots_tell: tests by robots whether it has jumped; if so, it is accepted at once. It is
-                only called for a conspicuous step that a drone could have flown.
-            velocity_known: whether the prediction has the drone's velocity. After a gap it has
-                not, and a step that a drone can fly is no jump.
+            robots_tell: tests by robots whether it has jumped. It is only called for a step that a
+                drone could have flown: one that robots do not tell of was flown.
         """
-        self.began = self.returned = False
-        if expected is not None:
-            step = position - self.offset - expected
-            step[2] = 0.0
-            length, farthest = _length(step), _farthest(passed)
-            matters = velocity_known and SURE_SIGMAS * stated_m < length <= farthest
-            jumped = matters and self._is_odd(length, passed) and robots_tell()
-            if jumped or length > farthest or (velocity_known and self._returns(step, passed)):
-                told = jumped and not self.offset.any()
-                self._jumped(step, length, passed, told)
-                if not self._is_home():
-                    return (True, self._believe()) if told else (False, None)
-                jump = self.offset
-                self._end()
-                self.returned = True
-                return True, jump
-            if velocity_known:
-                self._usual.update(length, passed)
-        if not any(self.offset.tolist()):
-            return True, None
-        self._since_s += passed
-        if self._since_s < TUNING.settle_s:
-            return False, None
-        return True, self._believe()
-
-    def _believe(self) -> Array:
-        """Accept the position after a jump; return the jump (3,), m."""
-        jump = self.offset
-        believed = self._believed + jump
+        step = _step(self._jumped, jumped)
+        length, farthest = _length(step), TUNING.jump_m + TUNING.jump_mps * passed
+        # Robots tell by copies of the tracks, which have not seen this step.
+        told = SURE_SIGMAS * stated_m < length <= farthest and robots_tell()
+        self._jumped = jumped
+        if told or length > farthest:
+            self._move(step)
+        self._present.weight += max(passed, 0.0) / max(stated_m, TUNING.same_m) ** 2
+        if self._present.weight <= self._used.weight:
+            return None
+        moved, self._used = self.offset, self._present
         self._log.add(
-            f"The drone's position stays {_length(jump):.1f} m from that before its jump; robots "
-            "may be wrong by as much, as their covariances state."
+            f"The receiver's position has stayed {_length(moved):.1f} m from that before its jump, "
+            "and is used now; robots may be wrong by as much, as their covariances state."
         )
-        self._end()
-        self._believed = believed
-        return jump
+        return moved
 
-    def _returns(self, step: Array, passed: float) -> bool:
-        """Return whether a step returns to the position before the jump."""
-        away = self._believed + self.offset
-        return self._is_odd(_length(step), passed) and _is_back(away + step, away)
-
-    def _is_home(self) -> bool:
-        """Return whether positions are back where they were before the accepted jumps."""
-        return bool(self.offset.any()) and _is_back(self._believed + self.offset, self._believed)
-
-    def _jumped(self, step: Array, length: float, passed: float, told: bool) -> None:
-        self.began = not self.offset.any() and not self._believed.any()
-        before, self.offset = self.offset, self.offset + step
-        self._since_s = 0.0
-        if _is_back(self.offset, before):
-            self._log.add("The drone's position is back at that before its jump.")
-            self.offset = np.zeros(3)
-            return
+    def _move(self, step: Array) -> None:
+        """Take in that the receiver has jumped."""
         self._log.counts["position_jumps"] += 1
+        there = self._present.at + step
+        known = next((p for p in self._places if _length(p.at - there) < TUNING.same_m), None)
+        self._present = known or Place(there)
+        if known is None:
+            self._places = [*self._places[-TUNING.places + 1 :], self._present]
+            if self._used not in self._places:
+                self._places[0] = self._used
+        back = self._present is self._used
+        if back:
+            for one in self._places:
+                one.wrong = one is not self._used and one.weight < self._used.weight
         self._log.add(
-            f"The drone's position jumped by {length:.1f} m "
-            f"within {passed:.2g} s{'.' if told else ': boxes are not used until it settles.'}"
+            f"The receiver's position jumped by {_length(step):.1f} m"
+            + (", back to that before." if back else ": the one before is used for as long.")
         )
+
+
+def _step(before: tuple[float, ...] | None, now: tuple[float, ...]) -> Array:
+    """Return the (3,) way from one sum of jumps to another, m; 0 without the first."""
+    if before is None or before == now:
+        return np.zeros(3)
+    return np.append(np.subtract(now or (0.0, 0.0), before or (0.0, 0.0)), 0.0)
 
 
 def _length(step: Array) -> float:
     """Return the horizontal length of a step (3,), m."""
     return math.hypot(float(step[0]), float(step[1]))
-
-
-def _farthest(passed: float) -> float:
-    """Return how far a drone can fly from its predicted position within a time, m."""
-    return TUNING.jump_m + TUNING.jump_mps * passed
-
-
-def _is_back(now: Array, before: Array) -> bool:
-    """Return whether positions that were off by `before` (3,) are right again."""
-    return _length(now) < min(TUNING.jump_m, TUNING.home_share * _length(before))

@@ -51,6 +51,12 @@ class AlternativeLaws:
             self.moored.reset()
         self.times.restart()
 
+    def shift(self, jump: Array) -> None:
+        """Move with an accepted jump (2,) of the GNSS position, as groups do, m."""
+        if self.moored is not None:
+            self.moored.shift(jump)
+        self.times.shift(jump)
+
     def predict(
         self,
         groups: list[JointState],

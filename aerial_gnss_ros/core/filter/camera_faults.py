@@ -86,8 +86,8 @@ class CameraFaults(StateBlocks):
         """(9, 9) covariance of the platform's errors when nothing is known."""
         return self._stationary
 
-    def update_camera(self, frame: PosedFrame, robots_tell: Callable[[], bool] = nobody) -> bool:
-        """Take in the pose of an image; return whether its boxes can be used.
+    def update_camera(self, frame: PosedFrame, robots_tell: Callable[[], bool] = nobody) -> None:
+        """Take in the pose of an image.
 
         Args:
             frame: the image.
@@ -96,27 +96,25 @@ class CameraFaults(StateBlocks):
         """
         variance = self._stationary.item
         stated = math.sqrt(max(variance(0, 0), variance(0, 1), variance(1, 0), variance(1, 1)))
-        settled, jump = self.trajectory.test_position(frame, stated, robots_tell)
+        jump = self.trajectory.test_position(frame, stated, robots_tell)
         self._stationary = self._wider * self.model.stationary(frame.pose.fix_covariance)
         if self._fresh:
             self.clear(self._stationary)
             self._fresh = False
         if frame.latency is not None:
             self._settle(*frame.latency)
+        self.ambiguity.shifted(self.trajectory.jumps.doubt)
         if jump is not None:
             self._follow_jump(jump)
         unsure = frame.latency[1] if self.restarts.late and frame.latency is not None else 0.0
         self.trajectory.look(frame, unsure)
         self._look_for_jumps()
-        return settled
 
     def _follow_jump(self, jump: Array) -> None:
         """Follow an accepted jump (3,) of the position, m."""
-        self.laws.restart()
         for group in self._groups:
             group.shift(jump[:2])
-        away = self.trajectory.jumps.believed
-        self.ambiguity.shifted(float(away @ away))
+        self.laws.shift(jump[:2])
         self.ambiguity.keep_jump()
         self._spread_doubt()
 
@@ -199,15 +197,14 @@ class CameraFaults(StateBlocks):
         self.ambiguity.note_return()
         self._spread_doubt()
 
-    def note_jump(self, usable: bool, unseen: bool) -> None:
+    def note_jump(self, unseen: bool) -> None:
         """Record that orientation or height has jumped with the last image.
 
         Args:
-            usable: whether the image's boxes can be used: else the orientation is judged later.
             unseen: whether it shows no robot that would tell. Then robots out of view, and those
                 initialised later, may be wrong by the jump.
         """
-        if self.orientation_jumped and usable and unseen:
+        if self.orientation_jumped and unseen:
             self.ambiguity.keep_jump(unseen=True)
         if self.trajectory.motion.height_jump and (unseen or self._climbed):
             self._climbed += self.trajectory.motion.height_jump

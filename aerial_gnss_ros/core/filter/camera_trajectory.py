@@ -60,8 +60,8 @@ class CameraTrajectory:
 
     def test_position(
         self, frame: PosedFrame, stated_m: float, robots_tell: Callable[[], bool] = nobody
-    ) -> tuple[bool, Array | None]:
-        """Return whether an image's position can be used, and a newly accepted jump (3,), m.
+    ) -> Array | None:
+        """Take in an image's position; return the step (3,) to another place of it, m, or None.
 
         Args:
             frame: the image.
@@ -69,15 +69,13 @@ class CameraTrajectory:
             robots_tell: tests by robots, on copies of the previous filter, whether its position has
                 jumped (see `GnssJumpDetector`).
         """
-        stamp_ns, position = frame.pose.stamp_ns, frame.in_map.position
+        stamp_ns = frame.pose.stamp_ns
         passed = 0.0 if self._pose_ns is None else (stamp_ns - self._pose_ns) * 1e-9
-        expected = None if self._recalibrated else self.motion.predicted_position(passed)
-        known = self.motion.velocity_known
-        settled, jump = self.jumps.update(position, expected, passed, stated_m, robots_tell, known)
+        jump = self.jumps.update(frame.pose.jumped, passed, stated_m, robots_tell)
         self._pose_ns, self.passed = stamp_ns, passed
         if jump is not None:
             self.motion.shift(jump)
-        return settled, jump
+        return jump
 
     def look(self, frame: PosedFrame, unsure_s: float) -> None:
         """Take the pose of the image whose position was tested as its view.

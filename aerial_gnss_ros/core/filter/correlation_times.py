@@ -83,6 +83,11 @@ class CorrelationTimes:
         self.evidence = TUNING.least_nats
         self._since_s = self._told_nats = 0.0
 
+    def shift(self, jump: Array) -> None:
+        """Move with an accepted jump (2,) of the GNSS position, as the joint state does, m."""
+        if self.runs:
+            self._law.shift(jump)
+
     def predict(
         self, base: JointState, seconds: float, stationary: Array, motion: MotionModel
     ) -> None:

@@ -183,6 +183,13 @@ class MooredMixture:
                 if one.law is not None:
                     one.law.settle(error, mean, sigma)
 
+    def shift(self, jump: Array) -> None:
+        """Move with an accepted jump (2,) of the GNSS position, as groups do, m."""
+        for group in self._all:
+            for one in group.both:
+                if one.law is not None:
+                    one.law.shift(jump)
+
     def predict(
         self,
         groups: list[JointState],

@@ -272,7 +272,7 @@ class JointState(StateArrays):
             jump: (2,) East, North, m.
         """
         self.robots[:, :2] += jump
-        self.camera[:2] += jump
+        self.camera = self.camera + np.append(jump, 0.0)  # not in place: laws may share it
 
     def carry(self, change: Array) -> None:
         """Let robots' errors change by the platform's: P = L P L', L the identity and `change`.

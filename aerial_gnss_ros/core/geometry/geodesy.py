@@ -182,6 +182,13 @@ def geodesic_inverse(
     return distance, azimuth1, onward if np.ndim(back) else float(onward)
 
 
+def metres_per_radian(latitude: float) -> tuple[float, float]:
+    """Return the lengths of a radian of longitude and of latitude on the ellipsoid, m."""
+    squared = 1.0 - _E2 * math.sin(latitude) ** 2
+    across = SEMI_MAJOR_M / math.sqrt(squared)
+    return across * math.cos(latitude), across * (1.0 - _E2) / squared
+
+
 def haversine(
     latitude1: ArrayLike, longitude1: ArrayLike, latitude2: ArrayLike, longitude2: ArrayLike
 ) -> Any:

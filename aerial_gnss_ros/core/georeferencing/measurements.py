@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,12 @@ class Measurements:
     class_ids: NDArray[np.str_]
     edge: NDArray[np.bool_]
     points: Array
+
+    def moved(self, step: Array) -> Measurements:
+        """Return them on water that is displaced by (3,) m."""
+        if not any(step.tolist()):
+            return self
+        return replace(self, positions=self.positions + step[:2], points=self.points + step)
 
 
 def measurements(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.geometry.map_pose import MapPose
 from aerial_gnss_ros.core.geometry.rotation_vectors import rotation_matrix, rotation_vector
-from aerial_gnss_ros.core.models.usual_step import UsualStep
+from aerial_gnss_ros.core.numerics.usual_step import UsualStep
 
 Array = NDArray[np.float64]
 
@@ -68,18 +68,6 @@ class CameraMotion:
         self._height: float | None = None
         self._lasted_s = 0.0
         self._shown: list[tuple[Array, float]] = []  # measured rotations; s since the previous one
-
-    def predicted_position(self, seconds: float) -> Array | None:
-        """Return the predicted position (3,), None without a recent past."""
-        if self._pose is None or abs(seconds) > TUNING.max_gap_s:
-            return None
-        position: Array = self._pose.position + self.velocity * seconds
-        return position
-
-    @property
-    def velocity_known(self) -> bool:
-        """Whether two images have told the velocity since the last gap."""
-        return self._lasted_s > 0.0
 
     def shift(self, jump: Array) -> None:
         """Move to positions (3,) m away: the receiver jumped, not the drone."""

@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -17,7 +17,7 @@ from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_fro
 from aerial_gnss_ros.core.telemetry.cameras import Cameras
 from aerial_gnss_ros.core.telemetry.depths import Depths
 from aerial_gnss_ros.core.telemetry.held_values import TUNING as HELD
-from aerial_gnss_ros.core.telemetry.held_values import HeldValues, repeats
+from aerial_gnss_ros.core.telemetry.held_values import HeldValues, repeats, without_repeated
 from aerial_gnss_ros.core.telemetry.input_status import InputState, InputStatus
 from aerial_gnss_ros.core.telemetry.interpolation_error import (
     InterpolationError,
@@ -25,6 +25,12 @@ from aerial_gnss_ros.core.telemetry.interpolation_error import (
     fix_error,
     orientation_error,
     scalar_error,
+)
+from aerial_gnss_ros.core.telemetry.jumps import (
+    JumpFilter,
+    fix_jumps,
+    orientation_jumps,
+    scalar_jumps,
 )
 from aerial_gnss_ros.core.telemetry.plausibility import Plausibility
 from aerial_gnss_ros.core.telemetry.reference_places import ReferencePlaces, reference_input
@@ -44,6 +50,13 @@ from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 CAMERA_INFO, WATER_LEVEL = "camera_info", "water_level"
 _TELEMETRY = frozenset(source.value for source in Input)
 InputError = InterpolationError[Fix] | InterpolationError[Orientation] | InterpolationError[Scalar]
+InputJumps = JumpFilter[Fix] | JumpFilter[Orientation] | JumpFilter[Scalar]
+_NEW_JUMPS: dict[Input, Callable[[], InputJumps]] = {
+    Input.FIX: fix_jumps,
+    Input.ATTITUDE: orientation_jumps,
+    Input.GIMBAL: orientation_jumps,
+    Input.HEIGHT: scalar_jumps,
+}
 _NEW_ERROR: dict[Input, Callable[[], InputError]] = {
     Input.FIX: fix_error,
     Input.ATTITUDE: orientation_error,
@@ -92,6 +105,7 @@ class TelemetryBuffers:
         self._first_level = config.water_level.value_m
         for source in self._series:
             self._errors[source] = _NEW_ERROR[source]()
+        self._jumps = {source: _NEW_JUMPS[source]() for source in self._series}
         self.sent_again: list[Input] = []
         self._held = {
             source: HeldValues(HELD.positions if source is Input.FIX else HELD.values)
@@ -167,14 +181,26 @@ class TelemetryBuffers:
         series = self._series.get(source)
         if series is None:
             return trouble
-        if not trouble:
-            self._judge_held(source, kept)
+        if trouble:
+            self._store(source, self._jumps[source].interrupt())
+            series.add(kept)  # type: ignore[arg-type]
+            return trouble
+        self._judge_held(source, kept)
+        last = series.last
+        if last is not None and repeats(last, kept, self._held_s(source)):
+            return trouble
+        jumps = self._jumps[source]
+        self._store(source, jumps.update(kept))  # type: ignore[arg-type]
+        return _left_out(source, jumps.left_out) if jumps.left_out else ""
+
+    def _store(self, source: Input, values: Sequence[Fix | Orientation | Scalar]) -> None:
+        series, error = self._series[source], self._errors[source]
+        for value in values:
             last = series.last
-            if last is not None and repeats(last, kept, self._held_s(source)):
-                return trouble
-            self._errors[source].add(kept)  # type: ignore[arg-type]
-        series.add(kept)  # type: ignore[arg-type]
-        return trouble
+            if last is not None and last.jumped != value.jumped:
+                error.interrupt()
+            error.add(value)  # type: ignore[arg-type]
+            series.add(value)  # type: ignore[arg-type]
 
     def _judge_held(self, source: Input, value: Fix | Orientation | Scalar) -> None:
         """Judge by a sample whether its input sends values again until the next is measured."""
@@ -185,13 +211,19 @@ class TelemetryBuffers:
             self._discard_repeated()
 
     def _discard_repeated(self) -> None:
-        """Remove what has been stored of values that were sent again."""
+        """Remove what has been stored of values that were sent again; their steps were no jumps."""
         for source, series in self._series.items():
-            series.discard_repeated(partial(repeats, held_s=self._held_s(source)))
-            error = self._errors[source]
-            error.clear()
-            for value in series.values:
-                error.add(value)  # type: ignore[arg-type]
+            jumps = self._jumps[source]
+            held = jumps.clear()
+            stored = [*series.values, *held]
+            series.clear()
+            self._errors[source].clear()
+            for value in without_repeated(stored, self._held_s(source)):
+                once = replace(value, jumped=())
+                if validate(once, self._config.limits)[0]:
+                    series.add(once)  # type: ignore[arg-type]
+                else:
+                    self._store(source, jumps.update(once))  # type: ignore[arg-type]
 
     def _judged(
         self, source: Input, value: Fix | Orientation | Scalar
@@ -218,6 +250,7 @@ class TelemetryBuffers:
                 series.clear()
                 self._errors[source].clear()
                 self._held[source].clear()
+                self._jumps[source].clear()
         self.plausibility.clear()
 
     def clear(self, kept: Collection[str] = ()) -> None:
@@ -293,6 +326,13 @@ class TelemetryBuffers:
                 lacking.append(_lacking(source, missing))
         # An input that can never arrive is reported; late ones need no wait then.
         return min(lacking, key=lambda one: one.can_arrive)
+
+
+def _left_out(source: Input, off: float) -> str:
+    """Return why samples were left out that lie off those around them, m or rad."""
+    angle = source in (Input.ATTITUDE, Input.GIMBAL)
+    far = f"{math.degrees(off):.0f} deg" if angle else f"{off:.1f} m"
+    return f"it lies {far} off the messages before and after it, which agree"
 
 
 @lru_cache(maxsize=64)  # called for every message while an image waits

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
@@ -64,6 +65,15 @@ def repeats(one: Value, other: Value, held_s: float) -> bool:
     """Return whether a sample repeats an earlier one of its input within some time, s."""
     since_s = (other.stamp_ns - one.stamp_ns) * 1e-9
     return 0.0 <= since_s < held_s and components(one) == components(other)
+
+
+def without_repeated(samples: Sequence[Value], held_s: float) -> list[Value]:
+    """Return samples without those that repeat the last one kept before them."""
+    kept: list[Value] = []
+    for one in samples:
+        if not (kept and repeats(kept[-1], one, held_s)):
+            kept.append(one)
+    return kept
 
 
 class HeldValues:

@@ -107,6 +107,10 @@ class InterpolationError(Generic[T]):
         self._ends_ns: deque[int] = deque(maxlen=round(TUNING.memory_s / TUNING.lag_s))
         self._found: deque[tuple[float, ...]] = deque(maxlen=self._ends_ns.maxlen)
 
+    def interrupt(self) -> None:
+        """Compare no sample with earlier ones: the sensor has jumped."""
+        self._earlier = self._middle = None
+
     def add(self, value: T) -> None:
         """Take in a sample that is right, in the order of stamps; others are skipped."""
         middle, earlier = self._middle, self._earlier

@@ -9,15 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
-
-import numpy as np
 
 from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.geodesy import SEMI_MAJOR_M
 from aerial_gnss_ros.core.telemetry.continuity import Continuity, Verdict
 from aerial_gnss_ros.core.telemetry.repetition import Repetition, Standing
-from aerial_gnss_ros.core.telemetry.validity import validate
+from aerial_gnss_ros.core.telemetry.validity import unusable, validate
 from aerial_gnss_ros.core.values.rejection import Input
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
@@ -121,7 +118,7 @@ class Plausibility:
         trouble, kept = validate(fix, self._limits)
         trouble = trouble or self._discontinuity(fix) or self._frozen(fix)
         assert isinstance(kept, Fix)  # noqa: S101 - of its own kind
-        return trouble, replace(kept, valid=False) if trouble else kept
+        return trouble, unusable(kept) if trouble else kept
 
     def orientation(self, source: Input, value: Orientation) -> tuple[str, Orientation]:
         """Return why an orientation is refused, and the orientation, NaN if refused."""
@@ -130,7 +127,7 @@ class Plausibility:
         if trouble:
             return trouble, kept
         if self._repetitions[source].update(value.stamp_ns, value.quaternion.tolist()):
-            return _REPEATS, replace(value, quaternion=np.full(4, np.nan))
+            return _REPEATS, unusable(value)
         return "", kept
 
     def _frozen(self, fix: Fix) -> str:
@@ -162,7 +159,7 @@ class Plausibility:
         verdict = self._heights.update(height.stamp_ns, height.value)
         if not verdict.accepted:
             words = _words(f"{height.value:g} m is", verdict, "limits.climb_mps and height_step_m")
-            return words, replace(height, value=math.nan)
+            return words, unusable(height)
         if verdict.replaced:
             self._moved = (
                 f"The height is {height.value:.1f} m, {verdict.distance:.0f} m from what it was "

@@ -153,19 +153,6 @@ class Series(Generic[T]):
             self._values.insert(place, value)
         self._forget()
 
-    def discard_repeated(self, repeats: Callable[[T, T], bool]) -> None:
-        """Remove samples that repeat the last one kept before them.
-
-        Args:
-            repeats: tells that of the earlier and the later one.
-        """
-        kept: list[T] = []
-        for value in self.values:
-            if not (kept and repeats(kept[-1], value)):
-                kept.append(value)
-        self._values, self._start = kept, 0
-        self._stamps = [value.stamp_ns for value in kept]
-
     def at(self, stamp_ns: int) -> Sample[T] | Missing:
         """Return the value at a time, or why there is none."""
         stamps, values = self._stamps, self._values

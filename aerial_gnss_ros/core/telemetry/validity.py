@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -30,26 +31,41 @@ _NO_ORIENTATION = (
 _DEFAULTS = LimitsConfig()
 
 
+Sample = TypeVar("Sample", bound=Fix | Orientation | Scalar)
+
+
 def validate(
     value: Fix | Orientation | Scalar, limits: LimitsConfig = _DEFAULTS
 ) -> tuple[str, Fix | Orientation | Scalar]:
-    """Return why a sample is unusable (empty: usable), and the sample, marked if it is unusable.
-
-    A fix gets its flag cleared; others become NaN, which interpolation preserves.
-    """
+    """Return why a sample is unusable (empty: usable), and the sample, marked if it is unusable."""
     if isinstance(value, Fix):
         trouble = _fix_trouble(value, limits)
-        return trouble, replace(value, valid=False) if trouble else value
-    if isinstance(value, Scalar):
+    elif isinstance(value, Scalar):
         trouble = _scalar_trouble(value.value, limits.height_max_m)
-        return trouble, Scalar(value.stamp_ns, math.nan) if trouble else value
-    length = math.hypot(*value.quaternion.tolist())
+    else:
+        trouble = _orientation_trouble(math.hypot(*value.quaternion.tolist()))
+    return trouble, unusable(value) if trouble else value
+
+
+def _orientation_trouble(length: float) -> str:
     if abs(length - 1.0) <= UNIT_TOLERANCE:  # false for NaN
-        return "", value
+        return ""
     if math.isnan(length):
-        return _NO_ORIENTATION, value
-    trouble = f"its quaternion has length {length:.3g} instead of 1, so it is not a rotation"
-    return trouble, replace(value, quaternion=np.full(4, np.nan))
+        return _NO_ORIENTATION
+    return f"its quaternion has length {length:.3g} instead of 1, so it is not a rotation"
+
+
+def unusable(value: Sample) -> Sample:
+    """Return a sample marked as unusable: a fix that is not valid, a value that is NaN.
+
+    Interpolation preserves both.
+    """
+    nothing: dict[str, object] = {"quaternion": np.full(4, np.nan)}
+    if isinstance(value, Fix):
+        nothing = {"valid": False}
+    elif isinstance(value, Scalar):
+        nothing = {"value": math.nan}
+    return replace(value, **nothing)  # type: ignore[arg-type]
 
 
 def _scalar_trouble(value: float, most: float) -> str:

@@ -51,7 +51,6 @@ class Fork:
         stamp_ns: of that image.
         tracks: copies of the tracks.
         groups: their joint states, predicted to the present image.
-        jumped: whether the drone's position jumped.
         agreed: consecutive images that agree with the fork.
         calm_s: time for which nothing has contradicted the filter's own robots, s.
     """
@@ -59,7 +58,6 @@ class Fork:
     stamp_ns: int
     tracks: list[Track]
     groups: list[JointState]
-    jumped: bool = False
     agreed: int = 0
     calm_s: float = 0.0
 
@@ -89,7 +87,7 @@ class Fork:
 
     def holds(self, stamp_ns: int) -> bool:
         """Return whether the fork may still be right at an image."""
-        if self.calm_s > TUNING.calm_s and not self.jumped:
+        if self.calm_s > TUNING.calm_s:
             return False
         return 0 <= stamp_ns - self.stamp_ns <= TUNING.longest_s * 1e9
 

@@ -36,5 +36,6 @@ def robots_tell_jump(
     for jumped in (False, True):
         alternative = copy.deepcopy(table)
         alternative.filter.update_camera(frame, partial(bool, jumped))
-        fit.append(alternative.misfit(seen, frame.detections.stamp_ns, threshold))
+        there = seen.moved(-alternative.filter.trajectory.jumps.offset)
+        fit.append(alternative.misfit(there, frame.detections.stamp_ns, threshold))
     return fit[0] - fit[1] > CLEAR_NATS

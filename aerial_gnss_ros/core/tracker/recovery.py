@@ -64,21 +64,10 @@ class Recovery:
         if self.fork is not None:
             self._table.filter.predict_with(self.fork.groups, seconds)
 
-    def telemetry_is_back(self, stamp_ns: int) -> bool:
-        """Return whether the drone's position is back where it was before it jumped.
-
-        Then the fork's robots are right. At the jump itself the fork is created.
-
-        Args:
-            stamp_ns: of the image whose pose the filter has processed, ns.
-        """
+    def forget_old(self, stamp_ns: int) -> None:
+        """Forget a fork that can no longer be right at an image."""
         if self.fork is not None and not self.fork.holds(stamp_ns):
             self.fork = None
-        jumps = self._table.filter.trajectory.jumps
-        if jumps.began:
-            self.fork = self.fork or self._forked(stamp_ns)
-            self.fork.jumped = True
-        return jumps.returned and self.fork is not None
 
     def explains(self, seen: Measurements, stamp_ns: int) -> bool:
         """Process an image that contradicts the robots; return whether the fork explains it.

@@ -109,28 +109,19 @@ class Tracker:
 
     def update(self, frame: PosedFrame, points: WaterPoints, local: LocalMap) -> TrackUpdate:
         """Take in one image (see `Tracking`)."""
-        joint, boxes, stamp_ns = self.table.filter, frame.detections, frame.detections.stamp_ns
+        joint, stamp_ns = self.table.filter, frame.detections.stamp_ns
         self._local, self._water_altitude = local, frame.pose.altitude - frame.pose.height
         passed = self._predict(stamp_ns, posed=True)
         seen = measurements(frame, points, local, joint.noise.level)
         threshold = self._matcher.threshold
-        usable = joint.update_camera(
-            frame, lambda: robots_tell_jump(self.table, frame, seen, threshold)
-        )
-        jumping = joint.trajectory.jumps.began or self._recovery.fork is not None
-        returned = jumping and self._recovery.telemetry_is_back(stamp_ns)
-        if returned:
-            self._go_back()
+        joint.update_camera(frame, lambda: robots_tell_jump(self.table, frame, seen, threshold))
+        seen = seen.moved(-joint.trajectory.jumps.offset)
+        self._recovery.forget_old(stamp_ns)
         if joint.jumped:
-            robots_seen = usable and len(seen.index) > 0 and bool(self.table.in_view(stamp_ns))
-            joint.note_jump(usable, not robots_seen)
-        if not usable:
-            self._image_tracks.followed(boxes)
-            unused = points.valid
-            return TrackUpdate(self._estimates(stamp_ns)[0], {}, unused, np.zeros_like(unused))
+            joint.note_jump(not (len(seen.index) and self.table.in_view(stamp_ns)))
         if joint.orientation_jumped:
             self._matcher.mismatch.expect()
-        return self._track(frame, seen, points.sizes, local, passed, returned)
+        return self._track(frame, seen, points.sizes, local, passed)
 
     def _track(
         self,
@@ -139,7 +130,6 @@ class Tracker:
         sizes: SizeFit | None,
         local: LocalMap,
         passed: float,
-        returned: bool,
     ) -> TrackUpdate:
         """Associate an image's boxes, update and confirm tracks, and publish.
 
@@ -149,10 +139,9 @@ class Tracker:
             sizes: of its boxes, where a length is stated for a class.
             local: the map.
             passed: time since the last image, s.
-            returned: whether the fork was restored.
         """
         boxes, stamp_ns = frame.detections, frame.detections.stamp_ns
-        mismatch = self._matcher.mismatch.active
+        mismatch, returned = self._matcher.mismatch.active, False
         assigned = self._image_update.assign(seen, boxes)
         if self._matcher.mismatch.active and self._recovery.explains(seen, stamp_ns):
             self._go_back()
@@ -221,6 +210,7 @@ class Tracker:
         self._predict(stamp_ns)
         joint.update_camera(frame)
         seen = measurements(frame, points, local, joint.noise.level)
+        seen = seen.moved(-joint.trajectory.jumps.offset)
         return self.table.misfit(seen, stamp_ns, self._matcher.threshold)
 
     def settled(self) -> Settled:

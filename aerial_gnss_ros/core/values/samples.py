@@ -23,6 +23,7 @@ class Fix:
         altitude: m in the datum `fix.altitude_datum`; NaN if unknown.
         covariance: (3, 3) East, North, Up in m², or None if the message has none.
         valid: False if the receiver reports no fix (NavSatFix status -1).
+        jumped: East and North by which the receiver has jumped so far, m; empty: it has not.
     """
 
     stamp_ns: int
@@ -31,6 +32,7 @@ class Fix:
     altitude: float
     covariance: Array | None = None
     valid: bool = True
+    jumped: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -42,11 +44,13 @@ class Orientation:
         quaternion: (4,) x, y, z, w.
         reference: of this sample if the message states it (`earth`, `heading`, `body`); empty: as
             configured.
+        jumped: angle by which the sensor has jumped so far, rad; empty: it has not.
     """
 
     stamp_ns: int
     quaternion: Array
     reference: str = ""
+    jumped: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,9 @@ class Scalar:
     Attributes:
         stamp_ns: time of validity, ns.
         value: m, up positive.
+        jumped: by how much the sensor has jumped so far, m; empty: it has not.
     """
 
     stamp_ns: int
     value: float
+    jumped: tuple[float, ...] = ()

@@ -237,8 +237,9 @@ def test_a_receiver_and_a_height_that_jump_together_leave_robots_where_they_were
         assert all(math.hypot(*best) < 1.0 for _, best in late)
         # and they are as sure of it as if nothing had happened
         assert all(np.trace(row.covariance[:2, :2]) < 2.0 * 1.6**2 for row, _ in late)
-    during = [row for t, row, _ in low.rows() if BEGIN_S + 3.5 < t < END_S]
-    assert all(np.trace(row.covariance[:2, :2]) > 2.0 * 49.0**2 for row in during)
+    during = [(row, best) for t, row, best in low.rows() if BEGIN_S + 3.5 < t < END_S]
+    assert all(math.hypot(*best) < 6.0 for _, best in during)  # the jump is taken out
+    assert all(np.trace(row.covariance[:2, :2]) > 2.0 * (50.0**2 / 9.0) for row, _ in during)
 
 
 def _east(metres):

@@ -1,114 +1,90 @@
 # Copyright 2026 aerial_gnss_ros developers
 # SPDX-License-Identifier: Apache-2.0
-"""A position that jumps is believed when it has stayed, and at once when it is back."""
+"""Of the places of a receiver that jumps, the one where it was for longest is used."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.faults.gnss_jump import GnssJumpDetector
+from aerial_gnss_ros.core.faults.gnss_jump import TUNING, GnssJumpDetector
 from aerial_gnss_ros.core.values.events import Events
 
 pytestmark = pytest.mark.flights
 
 
-def fly(easts):
-    """Positions each 0.1 s of a drone that hovers, but for jumps; the decision of each image."""
-    jumps, place, reported = GnssJumpDetector(Events()), 0.0, []
+def follow(easts, tells=True, stated=lambda _east: 1.0, passed=0.1, log=None):
+    """Return displacement, step, and doubt for each image at which a receiver has jumped so far."""
+    jumps, found = GnssJumpDetector(log or Events()), []
     for east in easts:
-        now = np.array([east, 0.0, 20.0])
-        settled, jump = jumps.update(now, np.array([place, 0.0, 20.0]), 0.1)
-        place += 0.0 if jump is None else jump[0]
-        reported.append((settled, 0.0 if jump is None else float(jump[0]), jumps.returned))
-    return reported
+        told = lambda: tells  # noqa: E731
+        step = jumps.update((float(east), 0.0) if east else (), passed, stated(east), told)
+        moved = 0.0 if step is None else float(step[0])
+        found.append((float(jumps.offset[0]), moved, jumps.doubt))
+    return found
 
 
-def test_a_jump_that_stays_is_believed_after_three_seconds():
-    reported = fly([0.0] * 3 + [50.0] * 35)
-    assert reported[:3] == [(True, 0.0, False)] * 3
-    assert [settled for settled, _, _ in reported[3:33]] == [False] * 30
-    assert reported[33] == (True, 50.0, False)
-    assert reported[34:] == [(True, 0.0, False)] * 4
+@pytest.mark.parametrize("east", [5.0, 50.0])
+def test_a_short_jump_is_taken_out_and_forgotten(east):
+    found = follow([0.0] * 50 + [east] * 20 + [0.0] * 5)
+    assert {offset for offset, _, _ in found[50:70]} == {east}
+    assert [doubt for _, _, doubt in found[50:56]] == [TUNING.least_present * east**2] * 6
+    assert found[69][2] == pytest.approx(20 / 70 * east**2)  # the share of its time
+    assert found[70:] == [(0.0, 0.0, 0.0)] * 5
+    assert not any(moved for _, moved, _ in found)
 
 
-def test_the_way_back_is_believed_at_once():
-    reported = fly([0.0] * 3 + [50.0] * 35 + [0.0] * 3)
-    assert reported[38] == (True, -50.0, True)
-    assert reported[39][:2] == (True, 0.0)
+def test_robots_follow_the_receiver_when_it_has_been_elsewhere_for_longer():
+    found = follow([0.0] * 30 + [8.0] * 100)
+    (row,) = (row for row, (_, moved, _) in enumerate(found) if moved)
+    assert (row, found[row][1]) == (60, 8.0)
+    assert {offset for offset, _, _ in found[row:]} == {0.0}
+    assert found[-1][2] == pytest.approx(30 / 130 * 64.0)  # they may have been right before
 
 
-def test_another_jump_is_not_the_way_back():
-    reported = fly([0.0] * 3 + [50.0] * 35 + [100.0] * 3)
-    assert [settled for settled, _, _ in reported[38:]] == [False] * 3
-    assert fly([0.0] * 3 + [50.0] * 5 + [0.0] * 3)[9] == (True, 0.0, False)
+def test_where_the_receiver_has_come_back_from_is_wrong():
+    """It begins at a wrong place, where it returns for a while; it is twice at the right one."""
+    found = follow([0.0] * 20 + [4.0] * 60 + [0.0] * 10 + [4.0] * 60)
+    assert found[79][0] == 0.0
+    assert {offset for offset, _, _ in found[80:90]} == {-4.0}
+    assert found[89][2] > 1.0
+    assert found[90] == (0.0, 0.0, 0.0)
 
 
-def test_it_says_when_positions_leave_and_how_far_they_are():
-    jumps, reported = GnssJumpDetector(Events()), []
-    for east, expected in [(0.0, 0.0), (50.0, 0.0), (50.0, 0.0)]:
-        jumps.update(np.array([east, 0.0, 20.0]), np.array([expected, 0.0, 20.0]), 2.0)
-        reported.append((jumps.began, float(jumps.believed[0])))
-    jumps.update(np.array([50.0, 0.0, 20.0]), np.array([0.0, 0.0, 20.0]), 2.0)
-    assert [*reported, float(jumps.believed[0])] == [(False, 0.0), (True, 0.0), (False, 0.0), 50.0]
-    jumps.update(np.array([100.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
-    assert not jumps.began  # they had left before
-    assert jumps._log.counts["position_jumps"] == 2
-    jumps.update(np.array([0.0, 0.0, 20.0]), np.array([50.0, 0.0, 20.0]), 2.0)
-    assert jumps.returned
-    assert not jumps.believed.any()
+@pytest.mark.parametrize(("before_m", "after_m", "steps"), [(0.5, 0.02, 1), (0.02, 0.5, 0)])
+def test_the_place_of_which_the_receiver_is_surer_is_used(before_m, after_m, steps):
+    """Corrections that are regained move all by 2 m at once, those lost move nothing."""
+    found = follow([0.0] * 100 + [2.0] * 100, stated=lambda east: after_m if east else before_m)
+    assert [moved for _, moved, _ in found[100:]].count(2.0) == steps
+    assert found[101][0] == (0.0 if steps else 2.0)
 
 
-def test_a_smaller_jump_is_believed_at_once_where_robots_tell_of_it():
-    def flown(east, back):
-        jumps, place, reported = GnssJumpDetector(Events()), 0.0, []
-        for i, at in enumerate([0.0] * 50 + [east] * 35 + [back] * 2):
-            now, expected = np.array([at, 0.0, 20.0]), np.array([place, 0.0, 20.0])
-            settled, jump = jumps.update(now, expected, 0.1, 1.0, [i == 50].pop)
-            place += 0.0 if jump is None else jump[0]
-            reported.append((settled, 0.0 if jump is None else float(jump[0])))
-        return reported
-
-    reported = flown(8.0, 0.5)
-    assert reported[49:52] == [(True, 0.0), (True, 8.0), (True, 0.0)]
-    assert reported[85:] == [(True, -7.5), (True, 0.0)]  # at once, without evidence from robots
-    assert flown(8.0, 4.5)[85] == (True, 0.0)  # that is nearer to where it jumped to
+def test_a_step_that_robots_do_not_tell_of_was_flown():
+    assert follow([0.0] * 5 + [8.0] * 5, tells=False)[5:] == [(0.0, 0.0, 0.0)] * 5
+    assert follow([0.0] * 5 + [8.0] * 5, stated=lambda _: 3.0)[5:] == [(0.0, 0.0, 0.0)] * 5
+    farthest = TUNING.jump_m + 0.1 * TUNING.jump_mps
+    assert follow([0.0] * 5 + [farthest + 0.1], tells=False)[5][0] == farthest + 0.1
+    assert not follow([0.0] * 5 + [farthest - 0.1], tells=False)[5][0]
 
 
-def test_a_jump_of_less_than_half_a_metre_is_not_called_one_of_0_m():
+def test_it_says_how_far_the_position_jumped_and_when_another_one_is_used():
     log = Events()
-    jumps = GnssJumpDetector(log)
-    for i, at in enumerate([0.0] * 300 + [0.44] * 2):
-        now, expected = np.array([at, 0.0, 20.0]), np.array([0.44 * (i > 300), 0.0, 20.0])
-        jumps.update(now, expected, 0.1, 0.02, [i == 300].pop)
-    said = log.drain()
-    assert "jumped by 0.4 m" in said[0]
-    assert "stays 0.4 m" in said[1]
+    follow([0.0] * 20 + [0.44] * 10 + [0.0] + [0.44] * 60, stated=lambda _: 0.02, log=log)
+    jumped, back, again, used = log.drain()
+    assert (
+        jumped
+        == again
+        == ("The receiver's position jumped by 0.4 m: the one before is used for as long.")
+    )
+    assert back == "The receiver's position jumped by 0.4 m, back to that before."
+    assert "has stayed 0.4 m from that before" in used
+    assert log.counts["position_jumps"] == 3
 
 
-def test_a_step_stands_out_from_those_before_it_and_from_what_is_stated():
-    def asked(steps, step, stated=1.0, passed=0.1):
-        jumps = GnssJumpDetector(Events())
-        for one in steps:
-            jumps.update(np.array([one, 0.0, 20.0]), np.array([0.0, 0.0, 20.0]), passed)
-        reported = []
-        jumps.update(
-            np.array([0.0, step, 99.0]),
-            np.zeros(3),
-            passed,
-            stated,
-            lambda: bool(reported.append(1)),
-        )
-        return bool(reported)
-
-    steady = [0.02, -0.02] * 200
-    assert asked(steady, 3.5)
-    assert not asked(steady, 2.5)  # published covariances contain it
-    assert asked(steady, 2.5, stated=0.5)
-    assert not asked([1.0, -1.0] * 200, 3.5)  # the receiver is as noisy
-    assert not asked([], 8.0)  # nothing is known of it yet
-    assert not asked(steady, 3.5, passed=0.9)  # a gust
-    assert not asked(steady, 15.0)  # no drone flies so far: nobody need be asked
+def test_the_earliest_places_are_forgotten():
+    found = follow([0.0, *range(20, 20 * 40, 20)])
+    assert len(found) == 40
+    assert found[-1][0] == 20.0 * 39
 
 
 def test_robots_distinguish_a_jump_of_some_metres_from_a_drone_that_flies(sea):
@@ -170,18 +146,3 @@ def test_a_jump_that_no_robot_in_view_tells_of_is_in_their_covariances(sea, dive
             error = one.position - own[one.robot_id]
             assert error @ np.linalg.solve(one.covariance[:2, :2], error) < 9.0
     assert all(one.state.value == "confirmed" for one in after[-1].estimates)
-
-
-@pytest.mark.parametrize(("east", "usable"), [(0.5, True), (40.0, False)])
-def test_while_the_velocity_is_unknown_only_a_step_beyond_any_drone_is_a_jump(east, usable):
-    """The step is not usual either: a jump of 0.3 m is conspicuous a moment later."""
-    jumps, asked = GnssJumpDetector(Events()), []
-    for _ in range(300):
-        jumps.update(np.zeros(3), np.zeros(3), 0.1, 0.02)
-    step = np.array([east, 0.0, 0.0])
-    tell = [lambda: asked.append("moving") or True, lambda: asked.append("known") or True]
-    settled, jump = jumps.update(step, np.zeros(3), 0.1, 0.02, tell[0], velocity_known=False)
-    assert (settled, jump, asked) == (usable, None, [])
-    if usable:
-        jumps.update(step + np.array([0.3, 0.0, 0.0]), step, 0.1, 0.02, tell[1])
-        assert asked == ["known"]

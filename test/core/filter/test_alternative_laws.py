@@ -74,3 +74,12 @@ def test_that_robots_stay_is_only_weighed_if_it_is_asked(laws):
     assert asked == ["moored reset", "times restart", "times restart"]
     model = PlatformModel(estimator_config({}).noise, "earth")
     assert AlternativeLaws(model, find_moored=False).moored is None
+
+
+def test_all_laws_jump_with_the_receiver(laws):
+    asked = asked_of(laws)
+    laws.shift(np.zeros(2))
+    assert asked == ["moored shift", "times shift"]
+    laws.moored = None
+    laws.shift(np.zeros(2))
+    assert asked[2:] == ["times shift"]

@@ -163,9 +163,9 @@ def test_a_jump_of_the_height_counts_beyond_three_sigmas(sea, step_m, matters):
     """Of 0.39 m each, for 0.3 m stated: covariances contain smaller ones."""
     joint = flown(sea).table.filter
     joint.trajectory.motion.height_jump = step_m
-    joint.note_jump(usable=True, unseen=False)
+    joint.note_jump(unseen=False)
     assert not joint.ambiguity.apart
-    joint.note_jump(usable=True, unseen=True)
+    joint.note_jump(unseen=True)
     assert bool(joint.ambiguity.apart) is matters
 
 
@@ -174,5 +174,5 @@ def test_a_jump_of_the_orientation_that_robots_see_is_theirs_to_judge(sea, unsee
     joint = flown(sea).table.filter
     joint.ambiguity.update_jump(np.radians([0.0, 0.0, 25.0]), 0.1)
     joint.orientation_jumped = True
-    joint.note_jump(True, unseen)
+    joint.note_jump(unseen)
     assert joint.ambiguity.covariance.any() == unseen

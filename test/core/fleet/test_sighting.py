@@ -73,7 +73,7 @@ def test_a_jump_of_the_receiver_is_told(fleet_of):
     flown = fleet_of(count=1, duration=12.0, seed=3, spoil=lambda _, one: Jumping(one))
     during = [s for s in flown.sightings["a"] if s.jump.any()]
     assert during
-    assert all(abs(s.jump[1] - 40.0) < 2.0 and not s.labels for s in during)
+    assert all(abs(s.jump[1] - 40.0) < 2.0 and s.labels for s in during)
     last = flown.sightings["a"][-1]
     assert abs(last.believed[1] - 40.0) < 2.0
     assert last.labels

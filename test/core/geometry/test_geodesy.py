@@ -134,3 +134,12 @@ def test_distances_in_the_map_are_those_on_the_ellipsoid():
     assert math.degrees(azimuth) == pytest.approx(
         180.0 - math.degrees(math.atan2(300.0, 400.0)), abs=1e-3
     )
+
+
+@pytest.mark.parametrize("latitude", [-70.0, 0.0, 13.0, 54.0])
+def test_a_radian_is_as_long_as_pymap3d_says(latitude):
+    east, north = geodesy.metres_per_radian(math.radians(latitude))
+    step = 1e-5
+    for d_lat, d_lon, metres in ((0.0, step, east), (step, 0.0, north)):
+        enu = pymap3d.geodetic2enu(latitude + d_lat, d_lon, 0.0, latitude, 0.0, 0.0)
+        assert math.hypot(*enu[:2]) == pytest.approx(metres * math.radians(step), rel=1e-6)

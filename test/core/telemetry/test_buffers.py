@@ -192,3 +192,43 @@ def test_each_input_is_judged_by_itself():
     found = inputs.at(10**18 + 1_300_000_000)
     assert 2.0 * math.asin(found.gimbal.quaternion[2]) == pytest.approx(0.13)
     assert len(inputs._series[Input.HEIGHT].values) == 33
+
+
+def test_one_wrong_fix_is_told_when_the_next_one_comes_and_is_never_used():
+    buffers = TelemetryBuffers(estimator_config({}))
+    told = [
+        buffers.add(Input.FIX, Fix(k * 10**8, 0.2 + (1e-6 if k == 30 else 0.0), 0.1, 0.0))
+        for k in range(33)
+    ]
+    assert [bool(one) for one in told] == [False] * 31 + [True, False]
+    assert told[31] == "it lies 6.3 m off the messages before and after it, which agree"
+    assert len(buffers.stamps(0, 10**10)[0]) == 32
+    for k in range(40):
+        yaw = math.radians(25.0) if k == 30 else 0.0
+        gimbal = np.array([0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)])
+        trouble = buffers.add(Input.GIMBAL, Orientation(k * 10**8, gimbal))
+        assert bool(trouble) == (k == 31)
+        assert "25 deg" in trouble or not trouble
+
+
+def test_a_sample_of_no_use_ends_what_is_held():
+    buffers = TelemetryBuffers(estimator_config({}))
+    for k in range(31):
+        buffers.add(Input.FIX, Fix(k * 10**8, 0.2 + (1e-6 if k == 30 else 0.0), 0.1, 0.0))
+    assert buffers.newest_ns()[Input.FIX] == 29 * 10**8
+    buffers.add(Input.FIX, Fix(31 * 10**8, 0.2, 0.1, 0.0, valid=False))
+    assert buffers.stamps(29 * 10**8, 10**10)[0] == [29 * 10**8, 30 * 10**8, 31 * 10**8]
+
+
+def test_a_jump_tells_how_far_the_receiver_is_and_is_no_motion_between_samples():
+    constant = {"gimbal": {"source": "constant"}, "height": {"source": "constant", "value_m": 20.0}}
+    buffers = TelemetryBuffers(estimator_config(constant))
+    for k in range(60):
+        buffers.add(Input.FIX, Fix(k * 10**8, 0.2 + (1e-6 if k >= 30 else 0.0), 0.1, 0.0))
+    before, across, after = (buffers.at(round(t * 1e9)) for t in (2.85, 2.95, 3.05))
+    assert before.fix.jumped == across.fix.jumped == ()
+    assert across.fix.latitude == pytest.approx(0.2, abs=1e-9)
+    assert after.fix.jumped == pytest.approx((0.0, 6.3), abs=0.1)
+    assert after.uncertain[Input.FIX].variance == pytest.approx(
+        before.uncertain[Input.FIX].variance
+    )

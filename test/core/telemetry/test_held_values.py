@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from aerial_gnss_ros.core.telemetry.held_values import TUNING, HeldValues, repeats
+from aerial_gnss_ros.core.telemetry.held_values import TUNING, HeldValues, repeats, without_repeated
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 
@@ -96,3 +96,10 @@ def test_a_value_is_repeated_within_that_time_by_a_later_sample(sample):
     assert held.held_s == 1.5
     held.clear()
     assert held.held_s == 0.0
+
+
+def test_samples_that_repeat_the_last_one_kept_are_left_out():
+    samples = [Scalar(k * 10**9, value) for k, value in enumerate([5.0, 5.0, 6.0, 6.0, 6.0, 5.0])]
+    kept = without_repeated(samples, 1.5)
+    assert [one.stamp_ns // 10**9 for one in kept] == [0, 2, 4, 5]
+    assert without_repeated(samples, 0.0) == samples

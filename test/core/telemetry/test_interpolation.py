@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from aerial_gnss_ros.core.telemetry.interpolation import (
     interpolate_orientations,
     interpolate_scalars,
 )
+from aerial_gnss_ros.core.telemetry.jumps import fix_step
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 
@@ -74,3 +76,32 @@ def test_an_orientation_goes_the_shortest_way():
 def test_between_frames_there_is_no_orientation():
     ends = [Orientation(0, np.array([0.0, 0.0, 0.0, 1.0]), name) for name in ("earth", "body")]
     assert np.isnan(interpolate_orientations(*ends, 0.5, 0).quaternion).all()
+
+
+def test_until_a_jump_is_over_values_are_what_they_were_without_it():
+    """A receiver flies North by 10 m and jumps by 30 m East and 40 m South; a height by -5 m."""
+    north, east = math.radians(10.0 / 110_600.0), math.radians(30.0 / 108_500.0)
+    before = Fix(0, math.radians(13.0), math.radians(-59.0), 20.0)
+    after = Fix(10, before.latitude - 3.0 * north, before.longitude + east, 20.0)
+    jumped = replace(
+        after, jumped=fix_step(before, replace(after, latitude=after.latitude - north))
+    )
+    found = interpolate_fixes(before, jumped, 0.5, 5)
+    assert found.valid
+    assert found.jumped == ()
+    assert fix_step(before, found) == pytest.approx((0.0, 5.0), abs=0.01)
+    back = interpolate_fixes(jumped, before, 0.5, 5)
+    assert back.jumped == jumped.jumped
+    assert fix_step(jumped, back) == pytest.approx((0.0, -5.0), abs=0.01)
+    height = interpolate_scalars(Scalar(0, 20.0), Scalar(10, 16.0, (-5.0,)), 0.5, 5)
+    assert height == Scalar(5, 20.5)
+    assert interpolate_scalars(Scalar(0, 16.0, (-5.0,)), Scalar(10, 20.0), 0.5, 5).value == 15.5
+
+
+def test_across_a_jump_there_is_no_orientation():
+    one = Orientation(0, np.array([0.0, 0.0, 0.0, 1.0]))
+    assert np.isnan(
+        interpolate_orientations(one, replace(one, jumped=(0.3,)), 0.5, 0).quaternion
+    ).all()
+    kept = interpolate_orientations(*[replace(one, jumped=(0.3,))] * 2, 0.5, 0)
+    assert kept.jumped == (0.3,)

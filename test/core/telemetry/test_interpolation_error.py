@@ -100,3 +100,15 @@ def test_what_is_no_value_or_too_far_away_tells_nothing():
     error.add(orientation(91.0))
     error.clear()
     assert error.at(0, 0.5, 1.0) == nothing
+
+
+def test_a_jump_of_the_sensor_is_no_motion():
+    def learnt(jump):
+        error = fix_error()
+        for k in range(40):
+            if jump and k == 20:
+                error.interrupt()
+            error.add(Fix(k * 10**9, 0.2 + (1e-6 if k >= 20 else 0.0), 0.0, 0.0))
+        return error.at(39_500_000_000, 0.5, 1.0).variance[0]
+
+    assert learnt(jump=False) > 3.0 * learnt(jump=True)

@@ -196,15 +196,3 @@ def test_nothing_lies_between_orientations_relative_to_different_frames():
         series.add(Orientation(stamp, same, reference))
     assert np.isnan(series.at(5).value.quaternion).all()
     assert series.at(15).value.reference == "heading"
-
-
-def test_samples_that_repeat_the_last_one_kept_are_removed():
-    series = _heights((10, 5.0), (11, 5.0), (12, 6.0), (13, 6.0), (14, 6.0), max_gap=9.0)
-
-    def again(one, other):
-        return one.value == other.value and other.stamp_ns - one.stamp_ns < 2 * SECOND
-
-    series.discard_repeated(again)
-    assert [one.stamp_ns // SECOND for one in series.values] == [10, 12, 14]
-    assert series.stamps(0, 99 * SECOND) == [10 * SECOND, 12 * SECOND, 14 * SECOND]
-    assert series.at(11 * SECOND).value.value == 5.5

@@ -5,12 +5,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.config.limits import LimitsConfig
-from aerial_gnss_ros.core.telemetry.validity import validate
+from aerial_gnss_ros.core.telemetry.validity import unusable, validate
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 NAN = math.nan
@@ -87,3 +88,12 @@ def test_limits_are_those_of_the_configuration():
     assert "limits.fix_sigma_m" in validate(fix(101.0, 0.0, 1.0), limits)[0]
     assert validate(Scalar(1, 50.0), limits)[0] == ""
     assert "50.1 m is more than" in validate(Scalar(1, 50.1), limits)[0]
+
+
+def test_what_is_marked_as_unusable_stays_so_between_samples():
+    fix = Fix(0, 0.2, 0.1, 5.0)
+    assert unusable(fix) == replace(fix, valid=False)
+    assert math.isnan(unusable(Scalar(3, 5.0)).value)
+    marked = unusable(Orientation(3, np.array([0.0, 0.0, 0.0, 1.0]), "earth"))
+    assert np.isnan(marked.quaternion).all()
+    assert (marked.stamp_ns, marked.reference) == (3, "earth")

@@ -7,12 +7,14 @@ from __future__ import annotations
 import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from aerial_gnss_ros.core.tracker.gnss_jump_test import robots_tell_jump
 
 FRAME = SimpleNamespace(detections=SimpleNamespace(stamp_ns=7))
 SEEN, EMPTY = SimpleNamespace(index=[0, 1]), SimpleNamespace(index=[])
+SEEN.moved = lambda step: SimpleNamespace(moved=float(step[0]))
 
 
 class Table:
@@ -28,6 +30,11 @@ class Table:
         """Take in a pose."""
         self.reported = robots_tell()
 
+    @property
+    def trajectory(self):
+        """Where the receiver is from the place that is used."""
+        return SimpleNamespace(jumps=SimpleNamespace(offset=np.array([4.0 * self.reported, 0, 0])))
+
     def in_view(self, stamp_ns):
         """Return the robots that the image is expected to show."""
         assert stamp_ns == 7
@@ -35,7 +42,7 @@ class Table:
 
     def misfit(self, seen, stamp_ns, threshold):
         """Return how badly boxes fit."""
-        assert (seen, stamp_ns, threshold) == (SEEN, 7, 9.0)
+        assert (seen.moved, stamp_ns, threshold) == (-4.0 * self.reported, 7, 9.0)
         return self.nats[self.reported]
 
 

@@ -72,16 +72,14 @@ def test_robots_are_lost_when_as_many_are_refused_as_are_not(refused, lost):
     assert reported == ([(0.1, False)] if lost else [])
 
 
-def test_a_jump_keeps_robots_until_telemetry_is_back():
-    found, _, reported = recovery(robot(), began=True)
-    assert not found.telemetry_is_back(SECOND)
-    assert found.fork.jumped
-    found._table.filter.trajectory.jumps = SimpleNamespace(began=False, returned=True)
-    assert found.telemetry_is_back(2 * SECOND)
+def test_what_it_keeps_is_restored_until_its_robots_can_be_anywhere():
+    found, _, reported = recovery(robot())
+    found.fork = found._forked(SECOND)
     found.go_back()
     assert reported == ["restored"]
+    found.forget_old(2 * SECOND)
     assert found.fork is not None
-    assert not found.telemetry_is_back(1000 * SECOND)  # by then they can be anywhere
+    found.forget_old(1000 * SECOND)
     assert found.fork is None
 
 

@@ -8,7 +8,7 @@ import math
 
 import pytest
 
-from aerial_gnss_ros.core.models.usual_step import UsualStep
+from aerial_gnss_ros.core.numerics.usual_step import UsualStep
 
 
 @pytest.mark.parametrize(("step", "allowed", "odd"), [
