@@ -4,9 +4,9 @@
 
 Many sensors repeat values legitimately: a steady gimbal reports tenths of a degree, a receiver's
 positions are sent more often than measured. So a repetition means nothing until the sensor has
-shown noise: each of its last samples differed from the previous one in every component, as white
-noise makes them. Noise of n samples repeats all components once in far more than n² samples. From
-then on a repeated value is refused until it changes.
+shown noise: each of its last samples differed from the previous one in two angles at least, as
+white noise makes them, and by steps that no resolution rounds. (Gimbals that are level report a
+roll of 0.) Noise does not repeat both. From then on a repeated value is refused until it changes.
 
 Receivers smooth their positions, so their noise is not white. A receiver at rest may repeat itself;
 one that moves at speed does not stop from one sample to the next.
@@ -25,6 +25,12 @@ Array = NDArray[np.float64]
 
 SAMPLES = 40
 """Consecutive samples that must have shown noise."""
+
+NOISY_ANGLES = 2
+"""Number of angles that must have: a camera that pans moves one."""
+
+FINE_SHARE = 0.25
+"""Share of the median second difference below which the smallest is, unless values are rounded."""
 
 SAME = 1e-9
 """Components that differ by less are equal: conversions round."""
@@ -72,15 +78,12 @@ class Repetition:
             if not self.repeats:
                 self._angles.clear()
             return self.repeats
-        angles = _angles(exact)
-        if self._angles and not _all_differ(self._angles[-1], angles):
-            self._angles.clear()
-        self._angles.append(angles)
+        self._angles.append(_angles(exact))
         self._exact, self.repeats = exact, False
         return False
 
     def _has_noise(self) -> bool:
-        """Return whether the last samples differ as white noise does.
+        """Return whether enough angles of the last samples differ as white noise does.
 
         Second differences of white noise alternate (correlation -2/3: three in four change sign),
         those of a motion persist.
@@ -88,8 +91,13 @@ class Repetition:
         if len(self._angles) < SAMPLES:
             return False
         steps = np.diff(np.array(self._angles), axis=0)
-        bends = np.diff((steps + math.pi) % (2.0 * math.pi) - math.pi, axis=0)
-        return bool((np.sum(np.sign(bends[1:] * bends[:-1]), axis=0) < 0.0).all())
+        steps = (steps + math.pi) % (2.0 * math.pi) - math.pi
+        bends = np.diff(steps, axis=0)
+        alternate = np.sum(np.sign(bends[1:] * bends[:-1]), axis=0) < 0.0
+        sizes = np.sort(np.abs(bends), axis=0)
+        fine = (sizes[0] > 0.0) & (sizes[0] < FINE_SHARE * sizes[len(sizes) // 2])
+        differ = (np.abs(steps) > SAME).all(axis=0)
+        return int(np.count_nonzero(alternate & fine & differ)) >= NOISY_ANGLES
 
 
 class Standing:
@@ -156,7 +164,3 @@ def _angles(quaternion: tuple[float, ...]) -> tuple[float, ...]:
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     return roll, math.asin(sine), yaw
-
-
-def _all_differ(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    return all(abs(a - b) > SAME for a, b in zip(one, other, strict=True))

@@ -43,6 +43,8 @@ def _panning(samples, noise_deg=0.03, step_deg=0.0):
 def test_an_old_orientation_under_new_stamps_is_refused_at_once_and_a_new_one_believed():
     angles = np.vstack([_panning(N), [[0.0, 50.0, 210.0]]])
     assert _reported(angles) == [False] * N + [True] * 10 + [False]
+    angles[:, 0] = 0.0  # a gimbal that keeps level
+    assert _reported(angles) == [False] * N + [True] * 10 + [False]
 
 
 @pytest.mark.parametrize(
@@ -50,10 +52,11 @@ def test_an_old_orientation_under_new_stamps_is_refused_at_once_and_a_new_one_be
     [
         _panning(N - 1),  # has not shown its noise for long enough
         _panning(3 * N, step_deg=0.1),  # a gimbal with a resolution of 0.1 deg holds still
+        _panning(3 * N, noise_deg=0.2, step_deg=0.1),  # the same, where noise hides that mostly
         _panning(3 * N, noise_deg=0.0),  # nothing ever changed but the yaw
         [[a, 50 + a, 2 * a] for a in [1e-3 * k**2 for k in range(N)]] + [[2.0, 52.0, 4.0]] * 10,
     ],
-    ids=["too short", "coarse", "only yaw", "smooth"],
+    ids=["too short", "coarse", "coarse and noisy", "only yaw", "smooth"],
 )
 def test_a_sensor_that_may_repeat_itself_is_left_alone(angles):
     assert not any(_reported(angles))
