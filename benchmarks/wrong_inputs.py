@@ -100,6 +100,29 @@ def wandering(by_m: float, period_s: float) -> Change:
     return change
 
 
+def displaced(by_m: float, when: Callable[[float], bool]) -> Change:
+    """Return the change of a fix that is off to the North at some times."""
+
+    def change(message: Any, t: float) -> None:
+        if when(t):
+            message.latitude += by_m / METRES_A_DEGREE
+
+    return change
+
+
+def stuck(every_s: float, for_s: float) -> Change:
+    """Return the change of an orientation that repeats itself for some time, again and again."""
+    last: list[Any] = []
+
+    def change(message: Any, t: float) -> None:
+        if last and t % every_s < for_s:
+            message.quaternion = copy.deepcopy(last[0])
+        else:
+            last[:] = [copy.deepcopy(message.quaternion)]
+
+    return change
+
+
 def longer(factor: float) -> Change:
     """Return the change of a focal length that is stated too long."""
 
@@ -186,6 +209,23 @@ def misclassified(share: float) -> Change:
     return change
 
 
+def doubled(share: float, by_px: float) -> Change:
+    """Return the change of images with a second box on a share of the robots, by chance."""
+
+    def change(message: Any, _t: float) -> None:
+        chance, more = _chance(message), []
+        for box in message.detections:
+            if chance.random() < share:
+                second = copy.deepcopy(box)
+                x, y = (by_px * chance.standard_normal(2)).tolist()
+                second.bbox.center.position.x += x
+                second.bbox.center.position.y += y
+                more.append(second)
+        message.detections = [*message.detections, *more]
+
+    return change
+
+
 def spot(x_px: float, y_px: float) -> Change:
     """Return the change of images with a false box at one place, as of a drop on the lens."""
 
@@ -224,6 +264,14 @@ CASES: dict[str, tuple[str, Change]] = {
     "gimbal 0.3 s late": ("/gimbal", late(0.3)),
     "fix 0.2 s late": ("/fix", late(0.2)),
     "fix 1 m in 40 s": ("/fix", wandering(1.0, 40.0)),
+    "fix 50 m off once": ("/fix", displaced(50.0, lambda t: 20.0 <= t < 20.1)),
+    "fix 5 m off for 2 s in 15": ("/fix", displaced(5.0, lambda t: t % 15.0 < 2.0)),
+    "fix 3 m off from 40 s on": ("/fix", displaced(3.0, lambda t: t >= 40.0)),
+    "heading 20 deg off for 1 s in 15": (
+        "/gimbal",
+        turned(2, lambda _azimuth, t: 20.0 * (t % 15.0 < 1.0)),
+    ),
+    "gimbal stuck for 5 s in 15": ("/gimbal", stuck(15.0, 5.0)),
     "no fix for 4 s in 15": ("/fix", lost(15.0, 4.0)),
     "focal length +5 %": ("/camera/camera_info", longer(1.05)),
     "focal length +10 %": ("/camera/camera_info", longer(1.1)),
@@ -235,6 +283,7 @@ CASES: dict[str, tuple[str, Change]] = {
     "7 of 10 boxes missed": ("/detections", missed(0.7)),
     "no boxes for 5 s in 15": ("/detections", dark(15.0, 5.0)),
     "1 in 10 boxes of another class": ("/detections", misclassified(0.1)),
+    "1 in 5 boxes doubled": ("/detections", doubled(0.2, 6.0)),
     "a spot on the lens": ("/detections", spot(400.0, 700.0)),
 }
 """Topic and change by name. Deviation: of the compass, by iron on board, at its worst azimuth."""

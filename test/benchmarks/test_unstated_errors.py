@@ -61,6 +61,35 @@ def test_a_fix_is_lost_for_some_time_again_and_again():
     assert [bool(lost(None, t)) for t in (0.0, 3.9, 4.1, 14.9, 15.1)] == [1, 1, 0, 0, 1]
 
 
+def test_a_fix_is_off_to_the_north_at_times():
+    def off_m(case, t):
+        found = changed(case, SimpleNamespace(latitude=54.0), t)
+        return round((found.latitude - 54.0) * wrong_inputs.METRES_A_DEGREE, 3)
+
+    assert [off_m("fix 50 m off once", t) for t in (19.9, 20.0, 20.2)] == [0.0, 50.0, 0.0]
+    assert [off_m("fix 5 m off for 2 s in 15", t) for t in (1.9, 2.1, 16.9)] == [5.0, 0.0, 5.0]
+    assert [off_m("fix 3 m off from 40 s on", t) for t in (39.9, 60.0)] == [0.0, 3.0]
+
+
+def test_a_gimbal_repeats_itself_until_it_moves_again():
+    stuck = wrong_inputs.stuck(15.0, 5.0)
+    found = []
+    for k, t in enumerate((14.0, 15.0, 19.9, 20.1)):
+        message = SimpleNamespace(quaternion=SimpleNamespace(x=k))
+        stuck(message, t)
+        found.append(message.quaternion.x)
+    assert found == [0, 0, 0, 3]
+
+
+def test_a_fifth_of_the_boxes_has_a_second_one_beside_it():
+    message = image(*[(500.0, 400.0)] * 1000)
+    changed("1 in 5 boxes doubled", message)
+    more = [box.bbox.center.position for box in message.detections[1000:]]
+    assert len(more) == pytest.approx(200, abs=50)
+    assert np.std([place.x for place in more]) == pytest.approx(6.0, abs=1.0)
+    assert np.mean([place.y for place in more]) == pytest.approx(400.0, abs=2.0)
+
+
 def test_a_tenth_of_the_boxes_has_another_class():
     stamp = SimpleNamespace(sec=1, nanosec=2)
     boxes = [
