@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection
 from dataclasses import replace
 from functools import lru_cache
 from typing import cast
@@ -16,61 +16,31 @@ from aerial_gnss_ros.core.config.estimator import EstimatorConfig
 from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
 from aerial_gnss_ros.core.telemetry.cameras import Cameras
 from aerial_gnss_ros.core.telemetry.depths import Depths
-from aerial_gnss_ros.core.telemetry.held_values import TUNING as HELD
-from aerial_gnss_ros.core.telemetry.held_values import HeldValues, repeats, without_repeated
+from aerial_gnss_ros.core.telemetry.input_buffer import (
+    AnyBuffer,
+    fix_buffer,
+    orientation_buffer,
+    scalar_buffer,
+)
 from aerial_gnss_ros.core.telemetry.input_status import InputState, InputStatus
-from aerial_gnss_ros.core.telemetry.interpolation_error import (
-    InterpolationError,
-    Uncertain,
-    fix_error,
-    orientation_error,
-    scalar_error,
-)
-from aerial_gnss_ros.core.telemetry.jumps import (
-    JumpFilter,
-    fix_jumps,
-    orientation_jumps,
-    scalar_jumps,
-)
+from aerial_gnss_ros.core.telemetry.interpolation_error import Uncertain
 from aerial_gnss_ros.core.telemetry.plausibility import Plausibility
 from aerial_gnss_ros.core.telemetry.reference_places import ReferencePlaces, reference_input
 from aerial_gnss_ros.core.telemetry.scene import MissingTelemetry, SceneTelemetry
-from aerial_gnss_ros.core.telemetry.series import (
-    Missing,
-    Series,
-    fix_series,
-    held_series,
-    orientation_series,
-    scalar_series,
-)
+from aerial_gnss_ros.core.telemetry.series import Missing, Series, held_series
 from aerial_gnss_ros.core.telemetry.validity import validate
 from aerial_gnss_ros.core.values.rejection import Input, Reason
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 CAMERA_INFO, WATER_LEVEL = "camera_info", "water_level"
 _TELEMETRY = frozenset(source.value for source in Input)
-InputError = InterpolationError[Fix] | InterpolationError[Orientation] | InterpolationError[Scalar]
-InputJumps = JumpFilter[Fix] | JumpFilter[Orientation] | JumpFilter[Scalar]
-_NEW_JUMPS: dict[Input, Callable[[], InputJumps]] = {
-    Input.FIX: fix_jumps,
-    Input.ATTITUDE: orientation_jumps,
-    Input.GIMBAL: orientation_jumps,
-    Input.HEIGHT: scalar_jumps,
-}
-_NEW_ERROR: dict[Input, Callable[[], InputError]] = {
-    Input.FIX: fix_error,
-    Input.ATTITUDE: orientation_error,
-    Input.GIMBAL: orientation_error,
-    Input.HEIGHT: scalar_error,
-}
 
 
 class TelemetryBuffers:
     """Stores telemetry and returns its values at a time.
 
     Unusable samples (NaN, no fix, a quaternion that is not unit) are stored as such: a scene
-    between them is refused instead of interpolated across them. Values that are sent again until
-    the next is measured are not stored.
+    between them is refused instead of interpolated across them.
 
     Attributes:
         depths: of robots.
@@ -85,9 +55,8 @@ class TelemetryBuffers:
         self._config = config
         self._keep_s = keep_s
         self.plausibility = Plausibility(config)
-        self._series: dict[Input, Series[Fix] | Series[Orientation] | Series[Scalar]] = {}
+        self._buffers: dict[Input, AnyBuffer] = {}
         self._constants: dict[Input, Fix | Orientation | Scalar] = {}
-        self._errors: dict[Input, InputError] = {}
         self._late_ns = {
             Input.FIX: round(config.fix.latency_s * 1e9),
             Input.HEIGHT: round(config.height.latency_s * 1e9),
@@ -98,25 +67,18 @@ class TelemetryBuffers:
         if config.height.source == "constant":
             self._constants[Input.HEIGHT] = Scalar(0, config.height.value_m)
         elif config.height.source == "topic":
-            self._series[Input.HEIGHT] = scalar_series(config.height.max_gap, keep_s=keep_s)
+            self._buffers[Input.HEIGHT] = scalar_buffer(config.height.max_gap, keep_s)
         self.depths = Depths(config.depth, keep_s)
         self.references = ReferencePlaces(config.references)
         self._level: Series[Scalar] = held_series(keep_s=keep_s)
         self._first_level = config.water_level.value_m
-        for source in self._series:
-            self._errors[source] = _NEW_ERROR[source]()
-        self._jumps = {source: _NEW_JUMPS[source]() for source in self._series}
         self.sent_again: list[Input] = []
-        self._held = {
-            source: HeldValues(HELD.positions if source is Input.FIX else HELD.values)
-            for source in self._series
-        }
         self.cameras = Cameras(config, keep_s)
 
     def _set_up_fix(self) -> None:
         fix = self._config.fix
         if fix.source == "topic":
-            self._series[Input.FIX] = fix_series(fix.max_gap, keep_s=self._keep_s)
+            self._buffers[Input.FIX] = fix_buffer(fix.max_gap, self._keep_s)
             return
         latitude, longitude = math.radians(fix.latitude_deg), math.radians(fix.longitude_deg)
         self._constants[Input.FIX] = Fix(0, latitude, longitude, fix.altitude_m)
@@ -132,7 +94,7 @@ class TelemetryBuffers:
             wanted.append((Input.GIMBAL, gimbal.source, gimbal.max_gap, gimbal.rpy_deg))
         for source, kind, max_gap, rpy_deg in wanted:
             if kind != "constant":
-                self._series[source] = orientation_series(max_gap, keep_s=self._keep_s)
+                self._buffers[source] = orientation_buffer(max_gap, self._keep_s)
             else:
                 matrix = matrix_from_rpy(*np.radians(rpy_deg))
                 self._constants[source] = Orientation(0, quaternion_from_matrix(matrix))
@@ -145,8 +107,9 @@ class TelemetryBuffers:
 
     def _held_s(self, source: Input) -> float:
         """Return the time within which an input's repeated value is no measurement, s."""
-        positions = self._held.get(Input.FIX)
-        return max(self._held[source].held_s, 0.0 if positions is None else positions.held_s)
+        positions = self._buffers.get(Input.FIX)
+        by_positions = 0.0 if positions is None else positions.held.held_s
+        return max(self._buffers[source].held.held_s, by_positions)
 
     @property
     def constant_fix(self) -> Fix | None:
@@ -155,7 +118,7 @@ class TelemetryBuffers:
 
     def state_without_messages(self, source: Input) -> InputState | None:
         """Return unused or constant for an input that needs no messages, else None."""
-        if source in self._series:
+        if source in self._buffers:
             return None
         return InputState.CONSTANT if source in self._constants else InputState.UNUSED
 
@@ -178,52 +141,26 @@ class TelemetryBuffers:
         late_ns = self._late_ns.get(source, 0)
         if late_ns:
             kept = replace(kept, stamp_ns=kept.stamp_ns - late_ns)
-        series = self._series.get(source)
-        if series is None:
+        buffer = self._buffers.get(source)
+        if buffer is None:
             return trouble
         if trouble:
-            self._store(source, self._jumps[source].interrupt())
-            series.add(kept)  # type: ignore[arg-type]
+            buffer.add_unusable(kept)  # type: ignore[arg-type]
             return trouble
         self._judge_held(source, kept)
-        last = series.last
-        if last is not None and repeats(last, kept, self._held_s(source)):
-            return trouble
-        jumps = self._jumps[source]
-        self._store(source, jumps.update(kept))  # type: ignore[arg-type]
-        return _left_out(source, jumps.left_out) if jumps.left_out else ""
-
-    def _store(self, source: Input, values: Sequence[Fix | Orientation | Scalar]) -> None:
-        series, error = self._series[source], self._errors[source]
-        for value in values:
-            last = series.last
-            if last is not None and last.jumped != value.jumped:
-                error.interrupt()
-            error.add(value)  # type: ignore[arg-type]
-            series.add(value)  # type: ignore[arg-type]
+        return buffer.add(kept, self._held_s(source))  # type: ignore[arg-type]
 
     def _judge_held(self, source: Input, value: Fix | Orientation | Scalar) -> None:
         """Judge by a sample whether its input sends values again until the next is measured."""
         known = self._held_s(source)
-        self._held[source].update(value)
+        self._buffers[source].held.update(value)
         if self._held_s(source) and not known:
             self.sent_again.append(source)
-            self._discard_repeated()
+            for one, buffer in self._buffers.items():
+                buffer.discard_repeated(self._held_s(one), self._is_usable)
 
-    def _discard_repeated(self) -> None:
-        """Remove what has been stored of values that were sent again; their steps were no jumps."""
-        for source, series in self._series.items():
-            jumps = self._jumps[source]
-            held = jumps.clear()
-            stored = [*series.values, *held]
-            series.clear()
-            self._errors[source].clear()
-            for value in without_repeated(stored, self._held_s(source)):
-                once = replace(value, jumped=())
-                if validate(once, self._config.limits)[0]:
-                    series.add(once)  # type: ignore[arg-type]
-                else:
-                    self._store(source, jumps.update(once))  # type: ignore[arg-type]
+    def _is_usable(self, value: Fix | Orientation | Scalar) -> bool:
+        return not validate(value, self._config.limits)[0]
 
     def _judged(
         self, source: Input, value: Fix | Orientation | Scalar
@@ -245,12 +182,9 @@ class TelemetryBuffers:
 
     def forget(self, names: Collection[str]) -> None:
         """Discard the samples of some inputs whose clocks were set."""
-        for source, series in self._series.items():
+        for source, buffer in self._buffers.items():
             if source.value in names:
-                series.clear()
-                self._errors[source].clear()
-                self._held[source].clear()
-                self._jumps[source].clear()
+                buffer.clear()
         self.plausibility.clear()
 
     def clear(self, kept: Collection[str] = ()) -> None:
@@ -259,7 +193,7 @@ class TelemetryBuffers:
         Args:
             kept: inputs whose samples stay valid.
         """
-        self.forget({source.value for source in self._series} - set(kept))
+        self.forget({source.value for source in self._buffers} - set(kept))
         last = self._level.last
         self._first_level = last.value if last is not None else self._first_level
         self._level.clear()
@@ -270,15 +204,15 @@ class TelemetryBuffers:
     def stamps(self, first_ns: int, last_ns: int) -> list[list[int]]:
         """Return for each input on a topic its stamps, as sent, from one time to another, ns."""
         found = []
-        for source, series in self._series.items():
+        for source, buffer in self._buffers.items():
             late_ns = self._late_ns.get(source, 0)
-            sent = series.stamps(first_ns - late_ns, last_ns - late_ns)
+            sent = buffer.series.stamps(first_ns - late_ns, last_ns - late_ns)
             found.append([one + late_ns for one in sent])
         return found
 
     def newest_ns(self) -> dict[Input, int]:
         """Return the time of the newest sample of each input on a topic that has any, ns."""
-        found = {source: series.last_stamp_ns for source, series in self._series.items()}
+        found = {source: one.series.last_stamp_ns for source, one in self._buffers.items()}
         return {source: stamp_ns for source, stamp_ns in found.items() if stamp_ns is not None}
 
     def at(self, stamp_ns: int) -> SceneTelemetry | MissingTelemetry:
@@ -286,16 +220,15 @@ class TelemetryBuffers:
         values = self._constants.copy()
         uncertain: dict[Input, Uncertain] = {}
         oldest_s = 0.0
-        for source, series in self._series.items():
-            time_ns = self._stamped_ns(source, stamp_ns)
-            sample = series.at(time_ns)
-            if isinstance(sample, Missing):
+        for source, buffer in self._buffers.items():
+            found = buffer.at(self._stamped_ns(source, stamp_ns))
+            if isinstance(found, Missing):
                 return self._missing(stamp_ns)
+            sample, error = found
             values[source] = sample.value
             oldest_s = max(oldest_s, sample.age_s)
-            if sample.gap_s:
-                error = self._errors[source]
-                uncertain[source] = error.at(time_ns, sample.age_s, sample.gap_s)
+            if error is not None:
+                uncertain[source] = error
         level = self._level.latest(stamp_ns)
         height = cast("Scalar | None", values.get(Input.HEIGHT))
         return SceneTelemetry(
@@ -316,8 +249,8 @@ class TelemetryBuffers:
     def _missing(self, stamp_ns: int) -> MissingTelemetry:
         """Return the input that is missing at a time."""
         lacking: list[MissingTelemetry] = []
-        for source, series in self._series.items():
-            time_ns = self._stamped_ns(source, stamp_ns)
+        for source, buffer in self._buffers.items():
+            series, time_ns = buffer.series, self._stamped_ns(source, stamp_ns)
             missing = series.missing_at(time_ns)
             if missing is Missing.BEFORE:
                 later_s = ((series.first_stamp_ns or 0) - time_ns) * 1e-9
@@ -326,13 +259,6 @@ class TelemetryBuffers:
                 lacking.append(_lacking(source, missing))
         # An input that can never arrive is reported; late ones need no wait then.
         return min(lacking, key=lambda one: one.can_arrive)
-
-
-def _left_out(source: Input, off: float) -> str:
-    """Return why samples were left out that lie off those around them, m or rad."""
-    angle = source in (Input.ATTITUDE, Input.GIMBAL)
-    far = f"{math.degrees(off):.0f} deg" if angle else f"{off:.1f} m"
-    return f"it lies {far} off the messages before and after it, which agree"
 
 
 @lru_cache(maxsize=64)  # called for every message while an image waits

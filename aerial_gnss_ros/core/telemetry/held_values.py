@@ -20,11 +20,13 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 
 Value = Fix | Orientation | Scalar
 Components = tuple[float, ...]
+T = TypeVar("T", Fix, Orientation, Scalar)
 
 
 @dataclass(frozen=True)
@@ -67,9 +69,9 @@ def repeats(one: Value, other: Value, held_s: float) -> bool:
     return 0.0 <= since_s < held_s and components(one) == components(other)
 
 
-def without_repeated(samples: Sequence[Value], held_s: float) -> list[Value]:
+def without_repeated(samples: Sequence[T], held_s: float) -> list[T]:
     """Return samples without those that repeat the last one kept before them."""
-    kept: list[Value] = []
+    kept: list[T] = []
     for one in samples:
         if not (kept and repeats(kept[-1], one, held_s)):
             kept.append(one)

@@ -174,6 +174,11 @@ class JumpFilter(Generic[T]):
         return step, 0.5 * self._kind.acceleration * ahead * (ahead + back)
 
 
+def without_jump(value: T) -> T:
+    """Return a sample as if its sensor had not jumped."""
+    return replace(value, jumped=()) if value.jumped else value
+
+
 def fix_jumps() -> JumpFilter[Fix]:
     """Return a filter of the drone's positions."""
     return JumpFilter(Kind(interpolate_fixes, fix_step, TUNING.usual_m, TUNING.gust_mps2))

@@ -206,7 +206,7 @@ def test_flush_leaves_nothing_behind_and_memory_is_bounded(sea):
     assert engine.flush() == []
     for i in range(20_000):
         engine.add_height(Scalar(sea.stamp(0.01 * i), 30.0))
-    assert len(engine._inputs._series["height"]) < 6_100  # a minute's worth
+    assert len(engine._inputs._buffers["height"].series) < 6_100  # a minute's worth
 
 
 @settings(max_examples=40, deadline=None)

@@ -79,7 +79,7 @@ def test_a_usable_fix_is_kept_handed_on_and_counted():
     door = Door()
     door.intake.add_fix(fix(1.0))
     assert door.receiver.got == [fix(1.0)]
-    assert door.inputs._series[Input.FIX].last == fix(1.0)
+    assert door.inputs._buffers[Input.FIX].series.last == fix(1.0)
     status = door.status("fix")
     assert (status.state, status.count, status.bad) == (InputState.OK, 1, 0)
     assert door.log.drain() == []

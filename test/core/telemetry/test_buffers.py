@@ -176,7 +176,7 @@ def test_values_that_are_sent_again_are_interpolated_between_measurements():
     inputs.clear()
     for k in range(2):
         inputs.add(Input.HEIGHT, Scalar(2 * 10**18 + k, 20.0))
-    assert len(inputs._series[Input.HEIGHT].values) == 2  # whether it is so is open again
+    assert len(inputs._buffers[Input.HEIGHT].series.values) == 2  # whether it is so is open again
 
 
 def test_each_input_is_judged_by_itself():
@@ -191,7 +191,7 @@ def test_each_input_is_judged_by_itself():
         assert inputs.sent_again == ([Input.GIMBAL] if k >= 20 else [])
     found = inputs.at(10**18 + 1_300_000_000)
     assert 2.0 * math.asin(found.gimbal.quaternion[2]) == pytest.approx(0.13)
-    assert len(inputs._series[Input.HEIGHT].values) == 33
+    assert len(inputs._buffers[Input.HEIGHT].series.values) == 33
 
 
 def test_one_wrong_fix_is_told_when_the_next_one_comes_and_is_never_used():
@@ -201,7 +201,7 @@ def test_one_wrong_fix_is_told_when_the_next_one_comes_and_is_never_used():
         for k in range(33)
     ]
     assert [bool(one) for one in told] == [False] * 31 + [True, False]
-    assert told[31] == "it lies 6.3 m off the messages before and after it, which agree"
+    assert told[31] == "it lies 6.3 m off those before and after it, which agree"
     assert len(buffers.stamps(0, 10**10)[0]) == 32
     for k in range(40):
         yaw = math.radians(25.0) if k == 30 else 0.0
