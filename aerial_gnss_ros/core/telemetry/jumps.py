@@ -40,7 +40,7 @@ class JumpsTuning:
     """Time after which samples that stay away are used, s; two of them at least. Judged."""
     ahead_ratio: float = 2.0
     """How much farther ahead than back samples may be extrapolated. Judged."""
-    remembered: int = 64
+    remembered: int = 256
     """Number of samples by which they are extrapolated at most. Judged."""
     jumps: int = 16
     """Number of jumps that are remembered, back to which it may jump. Judged."""
@@ -116,6 +116,11 @@ class JumpFilter(Generic[T]):
         if newest is not None and value.stamp_ns <= newest.stamp_ns:
             return [self._marked(value)]
         off, allowed = self._deviation(value)
+        if not off:  # nothing before it tells where it should be, nor of those held
+            usable = self.interrupt() if held else []
+            past.append(value)
+            usable.append(self._marked(value))
+            return usable
         length = math.hypot(*off)
         away = math.hypot(*self._deviation(held[0])[0]) if held else 0.0
         if length > 0.5 * away if held else self._usual.is_odd(length, allowed):
@@ -124,7 +129,7 @@ class JumpFilter(Generic[T]):
             return [] if waits else self._jumped(held)
         if held:
             self.left_out, self._held = away, []
-        elif off:
+        else:
             self._usual.update(length, (value.stamp_ns - past[-1].stamp_ns) * 1e-9)
         past.append(value)
         return [self._marked(value)]

@@ -66,10 +66,10 @@ def test_positions_that_stay_away_have_jumped_and_may_come_back():
     assert not any(off for _, off in found)
 
 
-@pytest.mark.parametrize(("hz", "count"), [(30.0, 10), (10.0, 4), (1.0, 2)])
+@pytest.mark.parametrize(("hz", "count"), [(400.0, 121), (30.0, 10), (10.0, 4), (1.0, 2)])
 def test_samples_are_held_for_a_moment_only(hz, count):
-    found = taken(fixes([0.0] * 60 + [60.0] * 30, hz=hz), fix_jumps())
-    sizes = [len(used) for used, _ in found[60:]]
+    found = taken(fixes([0.0] * 300 + [60.0] * 130, hz=hz), fix_jumps())
+    sizes = [len(used) for used, _ in found[300:]]
     assert sizes.index(max(sizes)) == count - 1
     assert max(sizes) == count
     assert (count - 1) / hz >= TUNING.held_s
@@ -94,6 +94,19 @@ def test_after_a_gap_nothing_is_extrapolated():
     samples = fixes([0.0] * 30 + [30.0] * 3)
     later = [replace(one, stamp_ns=one.stamp_ns + 5_000_000_000) for one in samples[30:]]
     assert all(len(used) == 1 for used, _ in taken(samples[:30] + later, fix_jumps()))
+
+
+def test_a_gap_tells_nothing_of_what_is_held():
+    filter_ = fix_jumps()
+    samples = fixes([0.0] * 30 + [9.0])
+    taken(samples, filter_)
+    later = replace(samples[-1], stamp_ns=samples[-1].stamp_ns + 20_000_000_000)
+    used = filter_.update(later)
+    assert [(one.stamp_ns, one.jumped) for one in used] == [
+        (samples[-1].stamp_ns, ()),
+        (later.stamp_ns, ()),
+    ]
+    assert not filter_.left_out
 
 
 def test_a_late_sample_is_used_as_it_is():
