@@ -125,7 +125,7 @@ class JumpFilter(Generic[T]):
         away = math.hypot(*self._deviation(held[0])[0]) if held else 0.0
         if length > 0.5 * away if held else self._usual.is_odd(length, allowed):
             held.append(value)
-            waits = len(held) < 2 or value.stamp_ns - held[0].stamp_ns < TUNING.held_s * 1e9
+            waits = value.stamp_ns - held[0].stamp_ns < TUNING.held_s * 1e9
             return [] if waits else self._jumped(held)
         if held:
             self.left_out, self._held = away, []

@@ -116,7 +116,11 @@ def test_a_late_sample_is_used_as_it_is():
     late = replace(samples[20], stamp_ns=samples[20].stamp_ns + 1)
     (used,) = filter_.update(late)
     assert used.stamp_ns == late.stamp_ns
-    assert used.jumped == filter_.update(samples[32])[0].jumped != ()
+    again = replace(samples[32], altitude=21.0)  # another value with the last stamp
+    (newest,) = filter_.update(again)
+    assert newest == replace(again, jumped=used.jumped)
+    assert used.jumped != ()
+    assert filter_.update(fixes([0.0] * 33 + [3.0])[-1])[0].jumped == used.jumped
 
 
 def test_what_is_held_is_given_back_when_a_message_is_of_no_use():
