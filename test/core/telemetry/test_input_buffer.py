@@ -73,6 +73,8 @@ def test_a_jump_makes_no_value_uncertain():
     at_ns = round(4.05 * SECOND)
     assert jumped.at(at_ns)[0].value.jumped == pytest.approx((-8.0,))
     usual = steady.at(at_ns)[1].variance
+    fresh, _ = heights([20.0, 20.0])
+    assert usual[0] < 0.5 * fresh.at(round(0.05 * SECOND))[1].variance[0]  # it has learnt
     assert jumped.at(at_ns)[1].variance == pytest.approx(usual, rel=0.3)  # 8 m: a million times
 
 

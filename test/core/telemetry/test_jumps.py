@@ -54,6 +54,19 @@ def test_one_position_that_is_off_is_left_out_when_the_next_one_comes(north):
     assert not any(jumped for used, _ in found for _, jumped in used)
 
 
+def test_after_a_jump_nothing_is_extrapolated_from_before_it():
+    """The drone is turned away by a jump of its own: a simulator's that begins elsewhere."""
+    there = fixes([0.0] * 30)
+    back = [
+        replace(one, stamp_ns=one.stamp_ns + 6_000_000_000)
+        for one in fixes([50.0] * 12, speed_mps=-4.0)
+    ]
+    del back[3:5]  # so that the next one is farther ahead than those held reach back
+    found = taken(there + back, fix_jumps())
+    assert [len(used) for used, _ in found[30:]] == [0, 0, 3, *[1] * 7]
+    assert not any(off for _, off in found)
+
+
 def test_positions_that_stay_away_have_jumped_and_may_come_back():
     found = taken(fixes([0.0] * 30 + [2.0] * 10 + [0.0] * 10), fix_jumps())
     jumps = [jumped for used, _ in found for _, jumped in used]
