@@ -123,6 +123,7 @@ class LatencySearch:
         self._cost = np.zeros(len(self.corrections))
         self._images = 0.0
         self._lattice.clear()
+        self._turned: tuple[tuple[float, ...], ...] | None = None
         for band in self._bands:
             band.reset()
         if self.evidence is not None:
@@ -278,6 +279,13 @@ class LatencySearch:
         samples = self._inputs.at(stamp_ns)
         if isinstance(samples, MissingTelemetry):
             return samples.can_arrive
+        turned = tuple(
+            one.jumped for one in (samples.attitude, samples.gimbal) if one is not None
+        )
+        if turned != self._turned:
+            if self._turned is not None:
+                self._lattice.note_jump(stamp_ns * 1e-9)
+            self._turned = turned
         pose = self._posing.pose(samples)
         if isinstance(pose, Reason):
             return False

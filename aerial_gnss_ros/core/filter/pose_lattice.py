@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import math
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -23,35 +21,8 @@ WEIGHTS = np.array([-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0]) / 21.0
 MARGIN = len(WEIGHTS) // 2
 
 
-@dataclass(frozen=True)
-class PoseLatticeTuning:
-    """Chosen numbers of this module, with their units and where they come from."""
-
-    step_m: float = 0.3
-    """Step of the camera's position by which telemetry may have jumped, m. Judged."""
-    step_rad: float = 0.03
-    """The same of its orientation, rad: a turn by 1.7 deg. A turn by w changes a matrix by √2 w.
-    Judged."""
-    same_rate: float = 0.5
-    """A rate has not changed if it has by less than this share of the step. A camera that begins
-    to turn has another rate, and telemetry once a second shows no steps. Judged."""
-
-    jump_poses: int = 5
-    """Number of poses in a row that show a jump: a step between samples bends three of them."""
-    usual_share: float = 0.8
-    """Share of recent poses whose bends are noise, or motion of the camera, for sure. Judged."""
-    times_usual: float = 3.0
-    """A jump bends poses more than so many times what that share of them has: noisy telemetry, or a
-    receiver that wanders, jumps no more often. Judged."""
-    recent_poses: int = 100
-    """Number of poses that are recent: 10 s. Judged."""
-    least_poses: int = 20
-    """With fewer nothing is known of what is usual. Judged."""
-    most_jumps: int = 64
-    """Number of jumps that are kept. Judged."""
-
-
-TUNING = PoseLatticeTuning()
+MOST_JUMPS = 64
+"""Number of jumps that are kept."""
 
 
 @dataclass(frozen=True)
@@ -80,13 +51,6 @@ def smoothed(values: Array) -> Array:
     return np.asarray(sum(w * values[i : i + n] for i, w in enumerate(WEIGHTS.tolist())))
 
 
-def _usual(bends: deque[float]) -> float:
-    """Return what `usual_share` of the last bends of poses do not exceed; 0: nothing is known."""
-    if len(bends) < TUNING.least_poses:
-        return 0.0
-    return sorted(bends)[int(TUNING.usual_share * len(bends))]
-
-
 _NONE = np.zeros(6)
 
 
@@ -97,7 +61,7 @@ class PoseLattice:
         length: least number of poses kept.
 
     Attributes:
-        jumps_s: times at which telemetry may have jumped, s.
+        jumps_s: times at which telemetry jumped, s.
     """
 
     def __init__(self, length: int) -> None:
@@ -109,9 +73,6 @@ class PoseLattice:
         self._first = self._next = 0
         self._poses: list[MapPose] = []  # immutable: a snapshot shares them
         self._sampled = False
-        # A list: a snapshot shares what a tuple holds.
-        self._bends = [deque[float](maxlen=TUNING.recent_poses) for _ in ("position", "rotation")]
-        self._steps: list[tuple[float, float, int]] = []
         self.jumps_s: tuple[float, ...] = ()
 
     def fill(self, first: int, last: int, pose_at: PoseAt, final: bool) -> bool:
@@ -132,40 +93,16 @@ class PoseLattice:
                 pose = MapPose(np.full(3, np.nan), np.full((3, 3), np.nan))
             self._sampled |= isinstance(pose, SampledPose)
             self._poses.append(pose)
-            self._look_for_step()
             self._next += 1
-        self._judge_steps()
         surplus = len(self._poses) - self._length
         if surplus > 0:
             del self._poses[:surplus]
             self._first += surplus
         return True
 
-    def _look_for_step(self) -> None:
-        """Note a step of the pose after which its rate is what it was before."""
-        last = self._poses[-TUNING.jump_poses :]
-        if len(last) < TUNING.jump_poses:
-            return
-        for kind, (values, least) in enumerate(
-            (
-                (np.array([pose.position for pose in last]), TUNING.step_m),
-                (np.array([pose.rotation for pose in last]), math.sqrt(2.0) * TUNING.step_rad),
-            )
-        ):
-            bends = np.diff(values, n=2, axis=0).reshape(len(last) - 2, -1)
-            most = float(np.linalg.norm(bends, axis=1).max())
-            changed = float(np.linalg.norm(bends.sum(axis=0)))
-            if math.isfinite(most):
-                self._bends[kind].append(most)
-            if most > least and changed < TUNING.same_rate * most:
-                self._steps.append(((self._next - len(last) // 2) * STEP_S, most, kind))
-
-    def _judge_steps(self) -> None:
-        """Take for jumps those steps that are larger than telemetry's usual noise."""
-        for step_s, size, kind in self._steps:
-            if size > TUNING.times_usual * _usual(self._bends[kind]):
-                self.jumps_s = (*self.jumps_s, step_s)[-TUNING.most_jumps :]
-        self._steps.clear()
+    def note_jump(self, time_s: float) -> None:
+        """Note that telemetry jumped at a time, s."""
+        self.jumps_s = (*self.jumps_s, time_s)[-MOST_JUMPS:]
 
     def interpolation(self, first: int, last: int, passed: float) -> Array | None:
         """Return (n, 6) variances of some poses by interpolation; None: none has any.

@@ -14,9 +14,12 @@ from aerial_gnss_ros.core.config.estimator import estimator_config
 from aerial_gnss_ros.core.estimation.estimator import Estimator
 from aerial_gnss_ros.core.filter.latency_search import LatencySearch, _is_smooth
 from aerial_gnss_ros.core.filter.pose_lattice import MARGIN, smoothed
-from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy
+from aerial_gnss_ros.core.geometry.frames import matrix_from_rpy, quaternion_from_matrix
+from aerial_gnss_ros.core.geometry.geodesy import LocalMap
 from aerial_gnss_ros.core.telemetry.buffers import TelemetryBuffers
-from aerial_gnss_ros.core.values.estimates import State
+from aerial_gnss_ros.core.values.estimates import MapDatum, State
+from aerial_gnss_ros.core.values.rejection import Input
+from aerial_gnss_ros.core.values.samples import Fix, Orientation, Scalar
 from aerial_gnss_ros.simulation.experiment import CameraClock, Experiment, default_camera
 from aerial_gnss_ros.simulation.feeding import feed
 from aerial_gnss_ros.simulation.flight import FlightPlan, GeneratedFlight
@@ -192,3 +195,26 @@ def test_telemetry_with_stamps_of_images_is_late_by_up_to_their_interval(
     search.stamp_sigma_s = stamp_sigma_s
     search.conclude()
     assert search._posterior() == pytest.approx(found, abs=0.01)
+
+
+@pytest.mark.parametrize(("deg", "metres", "jumps"), [(20.0, 0.0, 1), (0.0, 5.0, 0), (0.0, 0.0, 0)])
+def test_a_gimbal_that_jumps_is_noted_and_a_receiver_that_does_is_taken_out(deg, metres, jumps):
+    """Images about a jump of the gimbal tell nothing; the drone has not flown the receiver's."""
+    config = estimator_config({"noise.latency_s": 1.0})
+    inputs = TelemetryBuffers(config)
+    for k in range(60):
+        yaw = math.radians(deg) if k >= 30 else 0.0
+        gimbal = quaternion_from_matrix(matrix_from_rpy(0.0, 1.0, yaw))
+        east = metres / 6.2e6 if k >= 30 else 0.0
+        inputs.add(Input.GIMBAL, Orientation(k * 10**8, gimbal))
+        inputs.add(Input.FIX, Fix(k * 10**8, 0.2, 0.1 + east, 0.0))
+        inputs.add(Input.HEIGHT, Scalar(k * 10**8, 20.0))
+    search = LatencySearch(config, inputs)
+    search._local = LocalMap(MapDatum(0.2, 0.1, 0.0))
+    poses = [search._pose(k * 10**8 + 5 * 10**7) for k in range(5, 55)]
+    found = search._lattice.jumps_s
+    assert bool(found) == bool(jumps)
+    assert all(abs(one - 2.95) < 0.15 for one in found)
+    places = np.array([one.position for one in poses if not isinstance(one, bool)])
+    assert len(places) == 50 - jumps  # none across a jump of the gimbal
+    assert np.ptp(places, axis=0).max() < 0.02
