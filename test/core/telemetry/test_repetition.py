@@ -53,10 +53,13 @@ def test_an_old_orientation_under_new_stamps_is_refused_at_once_and_a_new_one_be
         _panning(N - 1),  # has not shown its noise for long enough
         _panning(3 * N, step_deg=0.1),  # a gimbal with a resolution of 0.1 deg holds still
         _panning(3 * N, noise_deg=0.2, step_deg=0.1),  # the same, where noise hides that mostly
+        [[0.0, 50.0 + 0.1 * (k % 2), 0.1 * (k % 2)] for k in range(3 * N)] + [[0.0, 50.1, 0.1]] * 9,
+        [[math.sin(k / 8), 9 * math.sin(k / 5), k + math.sin(k / 7)] for k in range(3 * N)]
+        + [[2.0, 3.0, 4.0]] * 10,  # a simulator's camera that sways, and stops
         _panning(3 * N, noise_deg=0.0),  # nothing ever changed but the yaw
         [[a, 50 + a, 2 * a] for a in [1e-3 * k**2 for k in range(N)]] + [[2.0, 52.0, 4.0]] * 10,
     ],
-    ids=["too short", "coarse", "coarse and noisy", "only yaw", "smooth"],
+    ids=["too short", "coarse", "coarse and noisy", "flickers", "sways", "only yaw", "smooth"],
 )
 def test_a_sensor_that_may_repeat_itself_is_left_alone(angles):
     assert not any(_reported(angles))
