@@ -279,9 +279,7 @@ class LatencySearch:
         samples = self._inputs.at(stamp_ns)
         if isinstance(samples, MissingTelemetry):
             return samples.can_arrive
-        turned = tuple(
-            one.jumped for one in (samples.attitude, samples.gimbal) if one is not None
-        )
+        turned = tuple(one.jumped for one in (samples.attitude, samples.gimbal) if one is not None)
         if turned != self._turned:
             if self._turned is not None:
                 self._lattice.note_jump(stamp_ns * 1e-9)

@@ -18,7 +18,7 @@ What the filter holds to be exact (C = 0: the latency, by default) and what it d
 all (the focal length) leaves no covariance, and other errors have followed it. Robots in the last
 image then move as it would show them; for the others, seen from elsewhere, the size of such a move
 is added to their covariance; and with the next boxes platform and robots begin again from their
-priors (`reinitialize`), under their labels.
+priors (`restore_priors`), under their labels.
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ def likelier(joint: JointState, change: CalibrationChange, prior: Array) -> floa
     return float(told @ (joint.mean[moved] + 0.5 * of_these @ told - 0.5 * shift))
 
 
-def reinitialize(joint: JointState, slots: Indices, prior: Array, speed: Array | float) -> None:
+def restore_priors(joint: JointState, slots: Indices, prior: Array, speed: Array | float) -> None:
     """Forget what images told of the platform by a calibration without covariance.
 
     Its height and angles have followed a wrong latency or focal length, and so have the robots: the

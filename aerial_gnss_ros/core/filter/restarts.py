@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aerial_gnss_ros.core.filter.alternative_laws import AlternativeLaws
 from aerial_gnss_ros.core.filter.linearization import CameraView, relinearize
-from aerial_gnss_ros.core.filter.recalibration import reinitialize
+from aerial_gnss_ros.core.filter.recalibration import restore_priors
 from aerial_gnss_ros.core.filter.state import JointState
 from aerial_gnss_ros.core.filter.state_arrays import Indices
 from aerial_gnss_ros.core.models.motion_model import MotionModel
@@ -90,7 +90,7 @@ class Restarts:
             self._laws.times.restart()
             relinearize(group, view)
             speeds = group.motion(motion, slots).speed_sigma
-            reinitialize(group, slots, stationary, speeds)
+            restore_priors(group, slots, stationary, speeds)
 
     def done(self) -> None:
         """Note that all robots of an image have begun anew."""

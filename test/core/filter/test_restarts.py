@@ -21,7 +21,9 @@ def begun(monkeypatch):
     """Return a function that applies restarts to an image: what begins anew, at which speeds."""
     told = []
     monkeypatch.setattr(restarts, "relinearize", lambda *_: None)
-    monkeypatch.setattr(restarts, "reinitialize", lambda *of: told.append(("calibration", of[-1])))
+    monkeypatch.setattr(
+        restarts, "restore_priors", lambda *of: told.append(("calibration", of[-1]))
+    )
     group = SimpleNamespace(
         motion=lambda *_: SimpleNamespace(speed_sigma=0.5),
         forget=lambda *of: told.append(("latency", of[-1])),
