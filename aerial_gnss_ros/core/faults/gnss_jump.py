@@ -8,8 +8,8 @@ share of time for which it has lasted, weighed by the accuracy that the receiver
 likeliest is used: while the receiver is elsewhere, its displacement is taken out, so a short jump
 displaces no robot. When another place becomes the likelier one, robots move there with the drone.
 
-A place to which the receiver returns is right, and those that have lasted for less are not: no
-error recurs.
+When the receiver returns to the likeliest place, that is right, and the others are not: no error
+recurs.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ class GnssJumpDetector:
         back = self._present is self._used
         if back:
             for one in self._places:
-                one.wrong = one is not self._used and one.weight < self._used.weight
+                one.wrong = one is not self._used
         self._log.add(
             f"The receiver's position jumped by {_length(step):.1f} m"
             + (", back to that before." if back else ": the one before is used for as long.")

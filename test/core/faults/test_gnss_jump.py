@@ -35,11 +35,11 @@ def test_a_short_jump_is_taken_out_and_forgotten(east):
 
 
 def test_robots_follow_the_receiver_when_it_has_been_elsewhere_for_longer():
-    found = follow([0.0] * 30 + [8.0] * 100)
+    found = follow([0.0] * 10 + [8.0] * 120)
     (row,) = (row for row, (_, moved, _) in enumerate(found) if moved)
-    assert (row, found[row][1]) == (60, 8.0)
+    assert (row, found[row][1]) == (20, 8.0)
     assert {offset for offset, _, _ in found[row:]} == {0.0}
-    assert found[-1][2] == pytest.approx(30 / 130 * 64.0)  # they may have been right before
+    assert found[-1][2] == pytest.approx(10 / 130 * 64.0)  # they may have been right before
 
 
 def test_where_the_receiver_has_come_back_from_is_wrong():
@@ -81,10 +81,13 @@ def test_it_says_how_far_the_position_jumped_and_when_another_one_is_used():
     assert log.counts["position_jumps"] == 3
 
 
-def test_the_earliest_places_are_forgotten():
-    found = follow([0.0, *range(20, 20 * 40, 20)])
-    assert len(found) == 40
-    assert found[-1][0] == 20.0 * 39
+def test_the_earliest_places_are_forgotten_but_not_the_one_in_use():
+    jumps = GnssJumpDetector(Events())
+    for east in [0.0, 0.0, *range(20, 20 * 40, 20)]:
+        jumps.update((float(east), 0.0), 0.1, 1.0)
+    assert len(jumps._places) == TUNING.places
+    assert jumps._used in jumps._places
+    assert jumps.offset[0] == 20.0 * 39
 
 
 def test_robots_distinguish_a_jump_of_some_metres_from_a_drone_that_flies(sea):

@@ -176,3 +176,14 @@ def test_a_jump_of_the_orientation_that_robots_see_is_theirs_to_judge(sea, unsee
     joint.orientation_jumped = True
     joint.note_jump(unseen)
     assert joint.ambiguity.covariance.any() == unseen
+
+
+def test_robots_and_all_laws_move_to_another_place_of_the_receiver(sea):
+    joint = flown(sea).table.filter
+    before, told = joint.moments()[0].copy(), []
+    joint.laws.shift = lambda jump: told.append(jump.tolist())
+    joint._follow_jump(np.array([3.0, -4.0, 0.0]))
+    np.testing.assert_allclose(
+        joint.moments()[0][:, :2] - before[:, :2], [[3.0, -4.0]] * len(before)
+    )
+    assert told == [[3.0, -4.0]]
