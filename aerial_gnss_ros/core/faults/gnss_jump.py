@@ -130,8 +130,9 @@ class GnssJumpDetector:
             return None
         moved, self._used = self.offset, self._present
         self._log.add(
-            f"The receiver's position has stayed {_length(moved):.1f} m from that before its jump, "
-            "and is used now; robots may be wrong by as much, as their covariances state."
+            f"The receiver's position after its jump of {_length(moved):.1f} m has lasted longer "
+            "than the one before, or is surer, and is used now; robots may be wrong by as much, as "
+            "their covariances state."
         )
         return moved
 
@@ -151,7 +152,7 @@ class GnssJumpDetector:
                 one.wrong = one is not self._used
         self._log.add(
             f"The receiver's position jumped by {_length(step):.1f} m"
-            + (", back to that before." if back else ": the one before is used for as long.")
+            + (" and is back." if back else ": it is corrected by that while it is new.")
         )
 
 

@@ -74,10 +74,10 @@ def test_it_says_how_far_the_position_jumped_and_when_another_one_is_used():
     assert (
         jumped
         == again
-        == ("The receiver's position jumped by 0.4 m: the one before is used for as long.")
+        == ("The receiver's position jumped by 0.4 m: it is corrected by that while it is new.")
     )
-    assert back == "The receiver's position jumped by 0.4 m, back to that before."
-    assert "has stayed 0.4 m from that before" in used
+    assert back == "The receiver's position jumped by 0.4 m and is back."
+    assert "after its jump of 0.4 m has lasted longer" in used
     assert log.counts["position_jumps"] == 3
 
 

@@ -127,7 +127,7 @@ def test_a_jump_of_the_receiver_and_back_changes_nothing(sea):
     assert {e.state for e in results[-1].estimates} == {State.CONFIRMED}
     assert max(_errors(world, results, sea).values()) < 0.5
     assert any("jumped by 50.0 m" in sentence for sentence in engine.events)
-    assert any("back to that before" in sentence for sentence in engine.events)
+    assert any("and is back" in sentence for sentence in engine.events)
 
 
 def test_a_jump_that_stays_is_followed_but_not_trusted(sea):
