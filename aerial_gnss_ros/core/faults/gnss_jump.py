@@ -9,7 +9,7 @@ likeliest is used: while the receiver is elsewhere, its displacement is taken ou
 displaces no robot. When another place becomes the likelier one, robots move there with the drone.
 
 When the receiver returns to the likeliest place, that is right, and the others are not: no error
-recurs.
+recurs. A reference in view shows the same.
 """
 
 from __future__ import annotations
@@ -135,6 +135,12 @@ class GnssJumpDetector:
             "their covariances state."
         )
         return moved
+
+    def confirm(self) -> None:
+        """Take in that something of known position shows the place that is used to be right."""
+        for one in self._places:
+            if one is not self._used:
+                one.weight, one.wrong = -math.inf, True
 
     def _move(self, step: Array) -> None:
         """Take in that the receiver has jumped."""

@@ -88,6 +88,7 @@ class References:
 
     Attributes:
         links: label of the track that each used reference is.
+        in_view: whether the last image shows one of them.
         recognised: the same of another tracker of the same boxes, which was sure.
         report: what is said of each.
     """
@@ -100,6 +101,7 @@ class References:
     def reset(self) -> None:
         """Forget everything but what was said."""
         self.links: dict[str, str] = {}
+        self.in_view = False
         self.recognised: Mapping[str, str] = {}
         self._candidates: dict[str, Candidate] = {}
         self._moving: set[str] = set()
@@ -127,6 +129,7 @@ class References:
             waiting: those that move of which only another drone's images say where they are.
         """
         if not expected and not self.links:
+            self.in_view = False
             return
         self._stamp_ns = stamp_ns
         self._moving = {one.name for one in expected if one.moves} | waiting
@@ -243,8 +246,9 @@ class References:
             self._later = memory.known.later(self._source.decay(seconds), self._source.stationary)
         found = self._corrections(law)
         self._used = min(found, key=lambda one: _uncertainty(one[0], own), default=None)
-        seen = any(tracks[row].last_seen_ns == stamp_ns for row in own)
-        if now and seen and self._used is found[0]:
+        if now:
+            self.in_view = any(tracks[row].last_seen_ns == stamp_ns for row in own)
+        if now and self.in_view and self._used is found[0]:
             self._memory = _Memory(found[0][1], stamp_ns, believed.copy())
         return self._used
 

@@ -163,6 +163,8 @@ class Tracker:
         places = below_camera(frame.references, frame.pose, self.table.filter.log)
         expected = [Expected.of(one, frame.pose, local) for one in places]
         self._references.update(self.table.tracks, expected, stamp_ns)
+        if self._references.in_view:
+            self.table.filter.trajectory.jumps.confirm()
         estimates, platform = self._estimates(stamp_ns)
         fork, moored = self._recovery.fork, self.table.filter.laws.moored
         current = None if fork or moored is None else moored.current()

@@ -59,6 +59,20 @@ def test_the_place_of_which_the_receiver_is_surer_is_used(before_m, after_m, ste
     assert found[101][0] == (0.0 if steps else 2.0)
 
 
+def test_a_place_that_a_reference_shows_to_be_right_is_used_for_good():
+    jumps = GnssJumpDetector(Events())
+    for k in range(100):
+        step = jumps.update((8.0, 0.0) if k > 10 else (), 0.1, 1.0, lambda: True)
+        assert step is None
+        if k == 15:
+            assert jumps.doubt > 0.0
+            jumps.confirm()
+    assert jumps.doubt == 0.0
+    assert jumps.offset[0] == 8.0
+    jumps.update((3.0, 0.0), 0.1, 1.0, lambda: True)  # elsewhere, that may be right
+    assert jumps.doubt == TUNING.least_present * 9.0
+
+
 def test_a_step_that_robots_do_not_tell_of_was_flown():
     assert follow([0.0] * 5 + [8.0] * 5, tells=False)[5:] == [(0.0, 0.0, 0.0)] * 5
     assert follow([0.0] * 5 + [8.0] * 5, stated=lambda _: 3.0)[5:] == [(0.0, 0.0, 0.0)] * 5

@@ -29,13 +29,16 @@ PIER = (4.0, 18.0)
 ROBOTS = {"aqua": lambda _t: (-3.0, 20.0), "beacon": lambda _t: PIER}
 
 
-def fly(sea, references, seconds=12.0, sent=None, robots=None, hidden=None, values=None):
+def fly(
+    sea, references, seconds=12.0, sent=None, robots=None, hidden=None, values=None, jumps=None
+):
     """Fly over robots whose names begin with their classes.
 
     Args:
         references: as stated; a position is given in metres from the origin.
         sent: of references with a topic, the path of their fixes.
         hidden: whether the detector misses a robot at a time.
+        jumps: displacement of the receiver at a time, m.
     """
     world = sea.World(robots=robots or ROBOTS, gnss_bias=OFF, pixel_sigma=1.0)
     stated = {name: dict(one) for name, one in references.items()}
@@ -48,6 +51,8 @@ def fly(sea, references, seconds=12.0, sent=None, robots=None, hidden=None, valu
     results = []
     for i in range(round(seconds * 10)):
         t = i / 10
+        if jumps:
+            world.gnss_bias = tuple(np.add(OFF, jumps(t)))
         engine.add_fix(world.fix(t))
         engine.add_gimbal(world.gimbal(t))
         engine.add_height(world.height(t))
@@ -107,6 +112,23 @@ def test_a_surveyed_point_corrects_every_robot(sea, plain):
     for name, off in zip(("gnss_east", "gnss_north"), OFF, strict=True):
         assert abs(receiver[name].value + off) < 2.0 * receiver[name].sigma
         assert receiver[name].sigma < 0.65
+
+
+def test_a_jump_of_the_receiver_beside_one_in_view_displaces_nothing(sea):
+    """It lasts for longer than the receiver was right; the point is missed for a while."""
+
+    def jumps(t):
+        return (0.0, 8.0) if t > 6.0 else (0.0, 0.0)
+
+    gone = lambda name, t: name == "beacon" and 10.0 < t < 12.0  # noqa: E731
+    engine, results = fly(sea, pier(), seconds=20.0, jumps=jumps, hidden=gone)
+    assert engine.happened["position_jumps"] == 1
+    robot = last(results)
+    assert error(robot, ROBOTS["aqua"](0)) < 0.3
+    assert robot.sigma < 0.35
+    without = last(fly(sea, {}, seconds=20.0, jumps=jumps)[1])
+    assert error(without, ROBOTS["aqua"](0)) > 6.0  # nobody knows
+    assert without.sigma > 4.0
 
 
 def test_one_that_is_removed_in_flight_tells_no_more(sea):
