@@ -4,9 +4,10 @@
 
 A receiver whose errors change at once (it loses or regains corrections, or a satellite) has a few
 places, each displaced from the others. Which one is right is unknown: each is as likely as the
-share of time for which it has lasted, weighed by the accuracy that the receiver states. The
-likeliest is used: while the receiver is elsewhere, its displacement is taken out, so a short jump
-displaces no robot. When another place becomes the likelier one, robots move there with the drone.
+share of time for which it has lasted, over the sigma that the receiver states. (Not its square:
+receivers also jump with wrong corrections, of which they are as sure.) The likeliest is used: while
+the receiver is elsewhere, its displacement is taken out, so a short jump displaces no robot. When
+another place becomes the likelier one, robots move there with the drone.
 
 When the receiver returns to the likeliest place, that is right, and the others are not: no error
 recurs. A reference in view shows the same.
@@ -58,7 +59,7 @@ class Place:
 
     Attributes:
         at: (3,) by how much it is displaced from the first one, m.
-        weight: for how long the receiver was there, by the variance that it stated, s/m².
+        weight: for how long the receiver was there, by the sigma that it stated, s/m.
         wrong: whether the receiver has come back from it.
     """
 
@@ -125,7 +126,7 @@ class GnssJumpDetector:
         self._jumped = jumped
         if told or length > farthest:
             self._move(step)
-        self._present.weight += max(passed, 0.0) / max(stated_m, TUNING.same_m) ** 2
+        self._present.weight += max(passed, 0.0) / max(stated_m, TUNING.same_m)
         if self._present.weight <= self._used.weight:
             return None
         moved, self._used = self.offset, self._present
