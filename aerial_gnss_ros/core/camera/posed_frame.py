@@ -25,6 +25,7 @@ class PosedFrame:
         latency: correction of `camera.latency_s` contained in the pose, mean and sigma, s; None if
             it is not estimated.
         references: where things of known position are at the time of the scene.
+        jumped: East and North by which the receiver has jumped so far, m; empty: it has not.
     """
 
     detections: DetectionFrame
@@ -33,3 +34,4 @@ class PosedFrame:
     in_map: MapPose
     latency: tuple[float, float] | None = None
     references: tuple[ReferencePlace, ...] = ()
+    jumped: tuple[float, ...] = ()

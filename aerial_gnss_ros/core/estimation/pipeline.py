@@ -273,7 +273,8 @@ class Pipeline:
             return Reason.BAD_DETECTIONS, None
         references = self._inputs.references
         known = references.at(pose.stamp_ns) if references.configured else ()
-        scene = PosedFrame(boxes, camera, pose, in_map, self.latency.found, known)
+        jumped = samples.fix.jumped if isinstance(samples, SceneTelemetry) else ()
+        scene = PosedFrame(boxes, camera, pose, in_map, self.latency.found, known, jumped)
         misfit = partial(self._misfit, scene, local)
         used = self._camera_change.update(camera, boxes.stamp_ns, misfit)
         return scene if used is camera else replace(scene, camera=used), pose

@@ -71,7 +71,7 @@ class CameraTrajectory:
         """
         stamp_ns = frame.pose.stamp_ns
         passed = 0.0 if self._pose_ns is None else (stamp_ns - self._pose_ns) * 1e-9
-        jump = self.jumps.update(frame.pose.jumped, passed, stated_m, robots_tell)
+        jump = self.jumps.update(frame.jumped, passed, stated_m, robots_tell)
         self._pose_ns, self.passed = stamp_ns, passed
         if jump is not None:
             self.motion.shift(jump)

@@ -288,8 +288,8 @@ class LatencySearch:
         if isinstance(pose, Reason):
             return False
         shown = MapPose.of(pose, self._local)
-        if pose.jumped:  # which the drone has not flown
-            shown = MapPose(shown.position - np.append(pose.jumped, 0.0), shown.rotation)
+        if samples.fix.jumped:  # which the drone has not flown
+            shown = MapPose(shown.position - np.append(samples.fix.jumped, 0.0), shown.rotation)
         if not pose.interpolation.any():
             return shown
         return SampledPose(shown.position, shown.rotation, pose.interpolation * pose.gaps_s)

@@ -21,8 +21,15 @@ WEIGHTS = np.array([-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0]) / 21.0
 MARGIN = len(WEIGHTS) // 2
 
 
-MOST_JUMPS = 64
-"""Number of jumps that are kept."""
+@dataclass(frozen=True)
+class PoseLatticeTuning:
+    """Chosen numbers of this module, with their units and where they come from."""
+
+    most_jumps: int = 64
+    """Number of jumps that are kept. Judged."""
+
+
+TUNING = PoseLatticeTuning()
 
 
 @dataclass(frozen=True)
@@ -102,7 +109,7 @@ class PoseLattice:
 
     def note_jump(self, time_s: float) -> None:
         """Note that telemetry jumped at a time, s."""
-        self.jumps_s = (*self.jumps_s, time_s)[-MOST_JUMPS:]
+        self.jumps_s = (*self.jumps_s, time_s)[-TUNING.most_jumps :]
 
     def interpolation(self, first: int, last: int, passed: float) -> Array | None:
         """Return (n, 6) variances of some poses by interpolation; None: none has any.

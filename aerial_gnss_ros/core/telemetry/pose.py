@@ -159,7 +159,6 @@ class PoseBuilder:
             oldest_age_s=samples.oldest_age_s,
             interpolation=variances,
             gaps_s=gaps_s,
-            jumped=fix.jumped,
         )
 
     def _interpolated(self, samples: SceneTelemetry, reference: str) -> tuple[Array, Array]:

@@ -28,7 +28,6 @@ class CameraPose:
         interpolation: (6,) variances by interpolation between samples: East, North, height (m²),
             rotation about East, North, Up (rad²).
         gaps_s: (6,) time between these samples, s: as long do these errors last.
-        jumped: East and North by which the receiver has jumped so far, m; empty: it has not.
     """
 
     stamp_ns: int
@@ -41,7 +40,6 @@ class CameraPose:
     oldest_age_s: float = 0.0
     interpolation: Array = field(default_factory=lambda: np.zeros(6))
     gaps_s: Array = field(default_factory=lambda: np.zeros(6))
-    jumped: tuple[float, ...] = ()
 
     def interpolation_noise(self, passed_s: float) -> Array:
         """Return the (6,) variances that stand for interpolation where images count as independent.

@@ -22,11 +22,10 @@ def frame(t, position, late_s=0.0, jumped=()):
     stamp_ns = round(t * SECOND_NS)
     pose = SimpleNamespace(
         stamp_ns=stamp_ns - round(late_s * SECOND_NS),
-        jumped=jumped,
         interpolation_noise=lambda _passed: np.zeros(6),
     )
     return SimpleNamespace(
-        detections=SimpleNamespace(stamp_ns=stamp_ns), camera=None, pose=pose,
+        detections=SimpleNamespace(stamp_ns=stamp_ns), camera=None, pose=pose, jumped=jumped,
         in_map=MapPose(np.asarray(position, float), np.eye(3)),
     )  # fmt: skip
 

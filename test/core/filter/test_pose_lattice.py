@@ -8,8 +8,8 @@ import numpy as np
 
 from aerial_gnss_ros.core.filter.pose_lattice import (
     MARGIN,
-    MOST_JUMPS,
     STEP_NS,
+    TUNING,
     PoseLattice,
     SampledPose,
     smoothed,
@@ -52,9 +52,9 @@ def test_it_waits_for_telemetry_that_may_come_and_leaves_gaps_open():
 
 def test_the_latest_jumps_are_kept():
     lattice = PoseLattice(50)
-    for k in range(MOST_JUMPS + 2):
+    for k in range(TUNING.most_jumps + 2):
         lattice.note_jump(float(k))
-    assert lattice.jumps_s == tuple(range(2, MOST_JUMPS + 2))
+    assert lattice.jumps_s == tuple(range(2, TUNING.most_jumps + 2))
     lattice.clear()
     assert lattice.jumps_s == ()
 
