@@ -96,7 +96,7 @@ class CameraFaults(StateBlocks):
         """
         variance = self._stationary.item
         stated = math.sqrt(max(variance(0, 0), variance(0, 1), variance(1, 0), variance(1, 1)))
-        jump = self.trajectory.test_position(frame, stated, robots_tell)
+        jump = self.trajectory.follow_position(frame, stated, robots_tell)
         self._stationary = self._wider * self.model.stationary(frame.pose.fix_covariance)
         if self._fresh:
             self.clear(self._stationary)

@@ -3,7 +3,7 @@
 """The camera from image to image: its pose without jumps of the receiver, and what follows of it.
 
 An image is taken in by two steps, between which the filter follows a jump of the receiver: first
-its position is tested, then its pose becomes the view that its boxes are measured by.
+its position is followed, then its pose becomes the view that its boxes are measured by.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class CameraTrajectory:
         assert self.view is not None  # noqa: S101 - `look` came first
         return self.view
 
-    def test_position(
+    def follow_position(
         self, frame: PosedFrame, stated_m: float, robots_tell: Callable[[], bool] = nobody
     ) -> Array | None:
         """Take in an image's position; return the step (3,) to another place of it, m, or None.

@@ -18,7 +18,7 @@ def _linear(before: float, after: float, fraction: float) -> float:
 
 
 def interpolate_scalars(before: Scalar, after: Scalar, fraction: float, stamp_ns: int) -> Scalar:
-    """Return the value at `fraction` of the way; until a jump is over, as without it."""
+    """Return the value at `fraction` of the way; across a jump, what it would be without it."""
     value = after.value
     if before.jumped != after.jumped:
         value -= sum(after.jumped) - sum(before.jumped)
@@ -42,7 +42,7 @@ def interpolate_orientations(
 def interpolate_fixes(before: Fix, after: Fix, fraction: float, stamp_ns: int) -> Fix:
     """Return the position at `fraction` of the way.
 
-    It is valid only where both samples are. Until a jump is over, it is what it were without it.
+    It is valid only where both samples are. Across a jump, it is what it would be without it.
     Longitude goes the shorter way, across 180 deg if necessary. Over the metres between two fixes,
     linear interpolation of latitude and longitude is exact to 0.1 mm.
     """

@@ -5,7 +5,7 @@
 A sample that no platform can have reached from those before it is held until the next ones. If they
 go on where those before it left off, it was wrong alone, and is left out. If they agree with it,
 the sensor has jumped: all of them are used, marked with how far it has jumped. Between the samples
-before and after it, a position or a height is what it were without the jump, and there is no
+before and after it, a position or a height is what it would be without the jump, and there is no
 orientation. So only images between the last sample and a conspicuous one wait longer.
 """
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests by robots whether the GNSS position of an image has jumped.
 
-A conspicuous position (`gnss_jump`) may be a jump of the receiver or a motion of the drone. Two
+A step that a drone could have flown (`gnss_jump`) is a jump of the receiver or a motion. Two
 copies of the tracks process the image, one for each: boxes fit robots with the right one. Where an
 image shows none of the robots, the position is taken to have jumped, since no drone flies so: the
 covariances of the robots, which are all out of sight, then contain the jump.

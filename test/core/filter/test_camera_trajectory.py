@@ -39,7 +39,7 @@ def fly(trajectory, times, moved=0.0, late_s=0.0):
     for t in times:
         jumped = (0.0, moved) if moved else ()
         image = frame(t, SPEED * (t - late_s) + (0.0, moved, 30.0), late_s, jumped)
-        found.append(trajectory.test_position(image, 1.0))
+        found.append(trajectory.follow_position(image, 1.0))
         trajectory.look(image, 0.0)
     return found
 
@@ -82,7 +82,7 @@ def test_a_larger_latency_is_contained_in_poses_from_then_on(searched, passed):
     trajectory.delay(0.5, searched)
     trajectory.note_recalibration()
     image = frame(2.0, SPEED * 2.0 + (9.0, 9.0, 30.0))
-    assert trajectory.test_position(image, 1.0) is None  # another calibration: no jump
+    assert trajectory.follow_position(image, 1.0) is None  # another calibration: no jump
     trajectory.look(image, 0.0)
     assert trajectory.passed == pytest.approx(passed)
     assert trajectory.seen_from.applied == pytest.approx(-0.5)
